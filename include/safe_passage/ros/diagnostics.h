@@ -1,0 +1,96 @@
+// What every node reports in /diagnostics: what it waits for, rate, latency, drops by reason.
+#pragma once
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/ros.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+
+namespace safe_passage {
+
+// What became of an incoming message. Everything but kOk is a drop (or a fall-back) with a reason.
+enum class Outcome { kOk, kStale, kFuture, kOutOfOrder, kNoTf, kEmpty, kBadFields, kNotFinite };
+
+inline const char* to_string(Outcome outcome) {
+  static const char* const kNames[] = {"OK",    "STALE", "FUTURE",     "OUT_OF_ORDER",
+                                       "NO_TF", "EMPTY", "BAD_FIELDS", "NOT_FINITE"};
+  return kNames[static_cast<int>(outcome)];
+}
+
+class NodeDiagnostics {
+ public:
+  // `timeout` [s]: an input silent for longer is reported as an error.
+  explicit NodeDiagnostics(double timeout) : timeout_(timeout), started_(ros::WallTime::now()) {
+    updater_.setHardwareID("none");
+    updater_.add("inputs", this, &NodeDiagnostics::report_inputs);
+    timer_ = ros::NodeHandle().createWallTimer(
+        ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { updater_.update(); });
+  }
+
+  void expect(const std::string& input) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    inputs_[input];
+  }
+
+  void count(const std::string& input, Outcome outcome, const std::string& detail = "") {
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      Input& entry = inputs_[input];
+      ++entry.outcomes[outcome];
+      entry.last = ros::WallTime::now();
+    }
+    if (outcome != Outcome::kOk)
+      ROS_WARN_THROTTLE(5.0, "%s: %s %s", input.c_str(), to_string(outcome), detail.c_str());
+  }
+
+  // [s] from the input's arrival to the output's publication.
+  void latency(double seconds) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    worst_latency_ = std::max(worst_latency_, seconds);
+    ++outputs_;
+  }
+
+  using Check = std::function<void(diagnostic_updater::DiagnosticStatusWrapper&)>;
+  void add_check(const std::string& name, Check check) { updater_.add(name, std::move(check)); }
+
+ private:
+  struct Input {
+    std::map<Outcome, unsigned long> outcomes;
+    ros::WallTime last;
+  };
+
+  void report_inputs(diagnostic_updater::DiagnosticStatusWrapper& status) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const ros::WallTime now = ros::WallTime::now();
+    const double period = std::max((now - reported_).toSec(), 1e-3);
+    status.summary(diagnostic_msgs::DiagnosticStatus::OK, "all inputs alive");
+    for (const auto& [name, input] : inputs_) {
+      const bool never = input.last.isZero();
+      if ((now - (never ? started_ : input.last)).toSec() > timeout_)
+        status.mergeSummary(diagnostic_msgs::DiagnosticStatus::ERROR,
+                            (never ? "waiting for " : "silent: ") + name);
+      for (const auto& [outcome, count] : input.outcomes)
+        status.add(name + " " + to_string(outcome), count);
+    }
+    status.addf("output rate [Hz]", "%.2f", reported_.isZero() ? 0.0 : outputs_ / period);
+    status.addf("worst latency [ms]", "%.2f", worst_latency_ * 1e3);
+    outputs_ = 0;
+    worst_latency_ = 0.0;
+    reported_ = now;
+  }
+
+  double timeout_;
+  ros::WallTime started_, reported_;
+  std::mutex mutex_;
+  std::map<std::string, Input> inputs_;
+  unsigned long outputs_ = 0;
+  double worst_latency_ = 0.0;
+  diagnostic_updater::Updater updater_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace safe_passage

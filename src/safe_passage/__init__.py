@@ -1,0 +1,1 @@
+"""Perception for mobile robots that share their space with people."""

@@ -1,0 +1,40 @@
+"""Parameters as frozen dataclasses: the field is the name, its default the default."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any, Mapping, TypeVar
+
+from safe_passage.core.errors import ParameterError
+
+T = TypeVar("T")
+
+
+def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
+    """Make the dataclass `cls` from `values`; refuse an unknown key by its full name.
+
+    Args:
+        cls: a dataclass whose `__post_init__` validates.
+        values: field name -> value, as read from yaml.
+        where: the namespace to name in errors, such as `/robot/tracker`.
+
+    Raises:
+        ParameterError: a key is not a field, or a field's value does not validate.
+    """
+    fields = {field.name for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
+    for key in values:
+        if key not in fields:
+            known = ", ".join(sorted(fields))
+            raise ParameterError(f"parameter {where}/{key} is not known; known are: {known}")
+    try:
+        return cls(**values)
+    except ParameterError as error:
+        raise ParameterError(f"parameter {where}/{error}") from None
+
+
+def check_range(name: str, value: float, least: float, most: float, unit: str) -> None:
+    """Raise ParameterError unless `value` is a number in [least, most] (so NaN is refused)."""
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not number or math.isnan(value) or not least <= value <= most:
+        raise ParameterError(f"{name} is {value!r}, must lie in [{least}, {most}] {unit}")

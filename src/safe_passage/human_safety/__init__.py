@@ -1,0 +1,1 @@
+"""Human safety: persons -> safety areas -> merged scan -> costmap (the C++ libraries' python side)."""

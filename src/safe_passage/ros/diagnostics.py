@@ -1,0 +1,90 @@
+"""What every Python node reports in /diagnostics; twin of include/safe_passage/ros/diagnostics.h."""
+
+from __future__ import annotations
+
+import enum
+import threading
+import time
+from collections import Counter, defaultdict
+
+import diagnostic_updater
+import rospy
+from diagnostic_msgs.msg import DiagnosticStatus
+
+
+class Outcome(enum.Enum):
+    """What became of an incoming message; everything but OK is a drop with a reason."""
+
+    OK = "OK"
+    STALE = "STALE"
+    FUTURE = "FUTURE"
+    OUT_OF_ORDER = "OUT_OF_ORDER"
+    NO_TF = "NO_TF"
+    EMPTY = "EMPTY"
+    BAD_FIELDS = "BAD_FIELDS"
+    NOT_FINITE = "NOT_FINITE"
+
+
+class NodeDiagnostics:
+    """Counts messages by outcome; reports rate, latency, silent inputs once a second.
+
+    Args:
+        timeout: [s] an input silent for longer is reported as an error.
+    """
+
+    def __init__(self, timeout: float) -> None:
+        self._timeout = timeout
+        self._lock = threading.Lock()
+        self._outcomes: dict[str, Counter[Outcome]] = defaultdict(Counter)
+        self._last: dict[str, float] = {}
+        self._started = self._reported = time.monotonic()
+        self._outputs, self._worst_latency = 0, 0.0
+        self._updater = diagnostic_updater.Updater()
+        self._updater.setHardwareID("none")
+        self._updater.add("inputs", self._report)
+        # Wall time: a paused simulation must not silence the diagnostics.
+        thread = threading.Thread(target=self._run, name="diagnostics", daemon=True)
+        thread.start()
+
+    def expect(self, name: str) -> None:
+        """Report `name` as an input being waited for until its first message."""
+        with self._lock:
+            self._outcomes[name] += Counter()
+
+    def count(self, name: str, outcome: Outcome, detail: str = "") -> None:
+        """Count one message of input `name`; anything but OK is logged, throttled."""
+        with self._lock:
+            self._outcomes[name][outcome] += 1
+            self._last[name] = time.monotonic()
+        if outcome is not Outcome.OK:
+            rospy.logwarn_throttle(5.0, f"{name}: {outcome.value} {detail}")
+
+    def latency(self, seconds: float) -> None:
+        """Note one output and its time [s] since its input arrived."""
+        with self._lock:
+            self._outputs += 1
+            self._worst_latency = max(self._worst_latency, seconds)
+
+    def _run(self) -> None:
+        stop = threading.Event()
+        rospy.on_shutdown(stop.set)
+        while not stop.wait(1.0):
+            self._updater.force_update()
+
+    def _report(
+        self, status: diagnostic_updater.DiagnosticStatusWrapper
+    ) -> diagnostic_updater.DiagnosticStatusWrapper:
+        now = time.monotonic()
+        status.summary(DiagnosticStatus.OK, "all inputs alive")
+        with self._lock:
+            for name, outcomes in self._outcomes.items():
+                if now - self._last.get(name, self._started) > self._timeout:
+                    state = "silent" if name in self._last else "waiting for"
+                    status.mergeSummary(DiagnosticStatus.ERROR, f"{state}: {name}")
+                for outcome, number in outcomes.items():
+                    status.add(f"{name} {outcome.value}", str(number))
+            period = max(now - self._reported, 1e-3)
+            status.add("output rate [Hz]", f"{self._outputs / period:.2f}")
+            status.add("worst latency [ms]", f"{self._worst_latency * 1e3:.2f}")
+            self._outputs, self._worst_latency, self._reported = 0, 0.0, now
+        return status
