@@ -1,0 +1,77 @@
+#include "safe_passage/person_detection/frame_io.h"
+
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_types.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace safe_passage::person_detection {
+
+RgbdFrame load_pcd(const std::string& path) {
+  pcl::PointCloud<pcl::PointXYZRGB> cloud;
+  if (pcl::io::loadPCDFile(path, cloud) != 0 || cloud.empty())
+    throw std::runtime_error(path + ": no readable XYZRGB point cloud");
+  if (!cloud.isOrganized()) throw std::runtime_error(path + ": the cloud is not organised");
+  RgbdFrame frame;
+  frame.xyz.create(static_cast<int>(cloud.height), static_cast<int>(cloud.width), CV_32FC3);
+  frame.bgr.create(frame.xyz.size(), CV_8UC3);
+  for (int row = 0; row < frame.xyz.rows; ++row)
+    for (int column = 0; column < frame.xyz.cols; ++column) {
+      const auto& point = cloud.at(column, row);
+      frame.xyz.at<cv::Vec3f>(row, column) = {point.x, point.y, point.z};
+      frame.bgr.at<cv::Vec3b>(row, column) = {point.b, point.g, point.r};
+    }
+  frame.camera = estimate_intrinsics(frame.xyz);
+  return frame;
+}
+
+RgbdFrame from_depth(const cv::Mat& depth, const cv::Mat& bgr, const Intrinsics& camera) {
+  if (depth.type() != CV_16UC1 && depth.type() != CV_32FC1)
+    throw std::runtime_error("depth image must be 16UC1 [mm] or 32FC1 [m]");
+  if (camera.fx <= 0.0 || camera.fy <= 0.0)
+    throw std::runtime_error("camera info: focal length is not positive");
+  RgbdFrame frame{cv::Mat(depth.size(), CV_32FC3), bgr, camera};
+  // The intrinsics are the RGB image's: scale them where the depth image is smaller.
+  const double scale = bgr.empty() ? 1.0 : static_cast<double>(depth.cols) / bgr.cols;
+  const auto fx = static_cast<float>(camera.fx * scale), fy = static_cast<float>(camera.fy * scale);
+  const auto cx = static_cast<float>(camera.cx * scale), cy = static_cast<float>(camera.cy * scale);
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  for (int row = 0; row < depth.rows; ++row) {
+    auto* out = frame.xyz.ptr<cv::Vec3f>(row);
+    const float y = (static_cast<float>(row) - cy) / fy;
+    for (int column = 0; column < depth.cols; ++column) {
+      const float raw = depth.type() == CV_16UC1 ? 1e-3F * depth.at<std::uint16_t>(row, column)
+                                                 : depth.at<float>(row, column);
+      const float z = raw > 0.0F && std::isfinite(raw) ? raw : kNan;
+      out[column] = {(static_cast<float>(column) - cx) / fx * z, y * z, z};
+    }
+  }
+  return frame;
+}
+
+Intrinsics estimate_intrinsics(const cv::Mat& xyz) {
+  // u = fx X/Z + cx and v = fy Y/Z + cy: two straight lines.
+  Eigen::Matrix2d normal_u = Eigen::Matrix2d::Zero(), normal_v = normal_u;
+  Eigen::Vector2d right_u = Eigen::Vector2d::Zero(), right_v = right_u;
+  int count = 0;
+  for (int row = 0; row < xyz.rows; row += 2)
+    for (int column = 0; column < xyz.cols; column += 2) {
+      const auto& p = xyz.at<cv::Vec3f>(row, column);
+      if (!(std::isfinite(p[0]) && std::isfinite(p[1]) && p[2] > 0.0F && std::isfinite(p[2])))
+        continue;
+      const Eigen::Vector2d a(p[0] / p[2], 1.0), b(p[1] / p[2], 1.0);
+      normal_u += a * a.transpose();
+      normal_v += b * b.transpose();
+      right_u += a * column;
+      right_v += b * row;
+      ++count;
+    }
+  if (count < 100) throw std::runtime_error("cloud has too few points to tell its camera from");
+  const Eigen::Vector2d u = normal_u.ldlt().solve(right_u), v = normal_v.ldlt().solve(right_v);
+  return {u[0], v[0], u[1], v[1]};
+}
+
+}  // namespace safe_passage::person_detection
