@@ -8,13 +8,15 @@ namespace safe_passage {
 class JumpDetector {
  public:
   // True when the clock went back since the last call: what was remembered has no meaning any more.
+  // A few milliseconds are no jump: wall clocks are set back by so much, and no person leaves then.
   bool jumped_back(const ros::Time& now) {
-    const bool jumped = !last_.isZero() && now < last_;
+    const bool jumped = !last_.isZero() && now.toSec() < last_.toSec() - kSlew;
     last_ = now;
     return jumped;
   }
 
  private:
+  static constexpr double kSlew = 0.1;  // [s]
   ros::Time last_;
 };
 

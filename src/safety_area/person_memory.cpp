@@ -1,0 +1,97 @@
+#include "safe_passage/safety_area/person_memory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace safe_passage::safety_area {
+namespace {
+
+constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
+
+Eigen::Vector3d believable(const Eigen::Vector3d& velocity, double max_speed) {
+  if (!velocity.allFinite()) return Eigen::Vector3d::Zero();
+  const double speed = velocity.norm();
+  return speed > max_speed ? Eigen::Vector3d(velocity * (max_speed / speed)) : velocity;
+}
+
+bool same_tracker(const Person& a, const Person& b) {
+  return a.id != 0 && b.id != 0 && a.source == b.source;
+}
+
+}  // namespace
+
+Eigen::Vector3d PersonMemory::position_at(const Person& person, double time) const {
+  const double ahead = std::clamp(time - person.stamp, -params_.hold_time, params_.hold_time);
+  return person.position + person.velocity * ahead;
+}
+
+// For each one seen the index of the person it replaces. By id first, then nearest pairs first.
+std::vector<std::size_t> PersonMemory::match(const std::vector<Person>& seen) const {
+  std::vector<std::size_t> matches(seen.size(), kNobody);
+  std::vector<bool> taken(persons_.size(), false);
+  std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+  for (std::size_t s = 0; s < seen.size(); ++s) {
+    for (std::size_t p = 0; p < persons_.size(); ++p) {
+      const bool tracked = same_tracker(seen[s], persons_[p]);
+      if (tracked && seen[s].id != persons_[p].id) continue;
+      const double distance =
+          tracked ? -1.0 : (position_at(persons_[p], seen[s].stamp) - seen[s].position).norm();
+      if (distance <= params_.gate) pairs.emplace_back(distance, s, p);
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  for (const auto& [distance, s, p] : pairs) {
+    if (matches[s] != kNobody || taken[p]) continue;
+    matches[s] = p;
+    taken[p] = true;
+  }
+  return matches;
+}
+
+PersonMemory::Update PersonMemory::update(const std::vector<Person>& seen) {
+  Update result;
+  std::vector<Person> usable;
+  for (Person person : seen) {
+    if (!person.position.allFinite() || !std::isfinite(person.stamp)) {
+      ++result.not_finite;
+      continue;
+    }
+    person.velocity = believable(person.velocity, params_.max_person_speed);
+    usable.push_back(person);
+  }
+
+  const auto matches = match(usable);
+  for (std::size_t s = 0; s < usable.size(); ++s) {
+    if (matches[s] == kNobody) {
+      persons_.push_back(usable[s]);
+    } else if (usable[s].stamp < persons_[matches[s]].stamp) {
+      ++result.out_of_order;
+    } else {
+      persons_[matches[s]] = usable[s];
+    }
+  }
+
+  std::sort(persons_.begin(), persons_.end(),
+            [](const Person& a, const Person& b) { return a.stamp > b.stamp; });
+  while (!persons_.empty() && persons_.back().stamp < persons_.front().stamp - params_.hold_time)
+    persons_.pop_back();
+  if (persons_.size() > params_.max_persons) {
+    result.forgotten = static_cast<int>(persons_.size() - params_.max_persons);
+    persons_.resize(params_.max_persons);
+  }
+  return result;
+}
+
+std::vector<Person> PersonMemory::at(double time) const {
+  std::vector<Person> held;
+  for (Person person : persons_) {
+    if (time - person.stamp > params_.hold_time) continue;
+    person.position = position_at(person, time);
+    held.push_back(person);
+  }
+  return held;
+}
+
+}  // namespace safe_passage::safety_area

@@ -1,0 +1,222 @@
+// Node safety_area_merger: scan, persons -> scan_human_aware, ~safety_scan, ~markers, /diagnostics.
+//
+// Scans have a thread of their own and never wait for tf: what a late transform leaves unknown
+// about the robot's motion widens the areas. Persons wait for the transform of their own stamp.
+#include <ros/callback_queue.h>
+#include <tf2/buffer_core.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <cmath>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "safe_passage/ros/clock.h"
+#include "safe_passage/ros/diagnostics.h"
+#include "safe_passage/ros/laser_pose.h"
+#include "safe_passage/ros/safety_area_messages.h"
+#include "safe_passage/ros/safety_area_parameters.h"
+#include "safe_passage/safety_area/pipeline.h"
+
+namespace safe_passage {
+namespace {
+
+constexpr std::size_t kMaxPending = 50;  // person arrays waiting for tf
+
+class SafetyAreaMerger {
+ public:
+  SafetyAreaMerger() {
+    ros::NodeHandle node, scan_node, private_node("~");
+    scan_node.setCallbackQueue(&scan_queue_);
+    merged_pub_ = node.advertise<sensor_msgs::LaserScan>("scan_human_aware", 100);
+    safety_pub_ = private_node.advertise<sensor_msgs::LaserScan>("safety_scan", 10);
+    markers_pub_ = private_node.advertise<visualization_msgs::MarkerArray>("markers", 2);
+    diagnostics_.expect("scan");
+    diagnostics_.expect("persons");
+    diagnostics_.add_check("safety areas", [this](auto& status) { report(status); });
+
+    const auto hints = ros::TransportHints().tcpNoDelay();
+    scan_sub_ = scan_node.subscribe("scan", 100, &SafetyAreaMerger::on_scan, this, hints);
+    persons_sub_ = node.subscribe("persons", 20, &SafetyAreaMerger::on_persons, this, hints);
+    // Wall time: a paused simulation must not stop them.
+    pending_timer_ = node.createWallTimer(
+        ros::WallDuration(0.02), [this](const ros::WallTimerEvent&) { resolve_pending(); });
+    markers_timer_ = node.createWallTimer(ros::WallDuration(0.1),
+                                          [this](const ros::WallTimerEvent&) { show_markers(); });
+    scan_spinner_.start();
+    spinner_.start();
+  }
+
+ private:
+  void on_scan(const sensor_msgs::LaserScan::ConstPtr& in) {
+    const ros::WallTime arrived = ros::WallTime::now();
+    Outcome outcome = Outcome::kOk;
+    const safety_area::Scan scan = to_scan(*in);
+    std::unique_lock<std::mutex> lock(mutex_);
+    const ros::Time time = merge_time(in->header.stamp, outcome);
+    const auto pose = locate(in->header.frame_id, time, outcome);
+    auto result = pipeline_.merge(scan, time.toSec(), pose);
+    lock.unlock();
+    if (result.scan.ignored > 0) outcome = Outcome::kNotFinite;
+    if (result.scan.fault != safety_area::ScanFault::kNone) outcome = to_outcome(result.scan.fault);
+
+    const auto out = boost::make_shared<sensor_msgs::LaserScan>(*in);
+    out->ranges = std::move(result.scan.ranges);
+    out->intensities = std::move(result.scan.intensities);
+    merged_pub_.publish(out);
+    diagnostics_.latency((ros::WallTime::now() - arrived).toSec());
+    diagnostics_.count("scan", outcome, "frame " + in->header.frame_id);
+
+    if (safety_pub_.getNumSubscribers() > 0) {
+      const auto safety = boost::make_shared<sensor_msgs::LaserScan>(*in);
+      safety->ranges = std::move(result.scan.safety_ranges);
+      safety->intensities = std::move(result.scan.safety_intensities);
+      safety_pub_.publish(safety);
+    }
+    lock.lock();
+    shown_header_ = in->header;
+    shown_ = std::move(result);
+  }
+
+  void on_persons(const PersonArray::ConstPtr& in) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const double now = forget_if_jumped().toSec();
+    const double stamp = in->header.stamp.toSec();
+    const std::string frame = "frame '" + in->header.frame_id + "'";
+    last_persons_ = ros::WallTime::now();
+    if (in->header.frame_id.empty())
+      return diagnostics_.count("persons", Outcome::kBadFields, frame);
+    if (now - stamp > hold_time()) return diagnostics_.count("persons", Outcome::kStale, frame);
+    if (stamp - now > params_.future_tolerance)
+      return diagnostics_.count("persons", Outcome::kFuture, frame);
+    if (in->persons.empty()) return diagnostics_.count("persons", Outcome::kOk);
+    if (pending_.size() == kMaxPending) {
+      diagnostics_.count("persons", Outcome::kNoTf, frame);
+      pending_.pop_front();
+    }
+    pending_.push_back(in);
+    lock.unlock();
+    resolve_pending();
+  }
+
+  // Persons go to the fixed frame by the transform of their own stamp, which is often a little
+  // late.
+  void resolve_pending() {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const double now = forget_if_jumped().toSec();
+    std::deque<PersonArray::ConstPtr> waiting;
+    for (const auto& array : pending_) {
+      const std::string frame = tf_name(array->header.frame_id);
+      try {
+        const auto T =
+            buffer_.lookupTransform(params_.fixed_frame, frame, array->header.stamp).transform;
+        remember(to_persons(*array, to_isometry(T)));
+      } catch (const tf2::TransformException& error) {
+        if (now - array->header.stamp.toSec() > hold_time())
+          diagnostics_.count("persons", Outcome::kNoTf, error.what());
+        else
+          waiting.push_back(array);
+      }
+    }
+    pending_ = std::move(waiting);
+  }
+
+  void remember(const std::vector<safety_area::Person>& persons) {
+    const auto update = pipeline_.remember(persons);
+    Outcome outcome = Outcome::kOk;
+    if (update.forgotten > 0) outcome = Outcome::kBadFields;
+    if (update.out_of_order > 0) outcome = Outcome::kOutOfOrder;
+    if (update.not_finite > 0) outcome = Outcome::kNotFinite;
+    diagnostics_.count("persons", outcome, update.forgotten > 0 ? "more than max_persons" : "");
+  }
+
+  // The scan's own stamp; now, where that has no meaning: persons are then still merged.
+  ros::Time merge_time(const ros::Time& stamp, Outcome& outcome) {
+    const ros::Time now = forget_if_jumped();
+    const double age = now.toSec() - stamp.toSec();
+    if (std::abs(age) <= hold_time()) return stamp;
+    outcome = age > 0.0 ? Outcome::kStale : Outcome::kFuture;
+    return now;
+  }
+
+  // A pose older than tf_tolerance is still used, with areas widened for it, and reported.
+  std::optional<safety_area::LaserPose> locate(const std::string& frame, const ros::Time& time,
+                                               Outcome& outcome) const {
+    const auto pose = find_laser_pose(buffer_, frame, params_.fixed_frame, time);
+    if (!pose || pose->age > params_.tf_tolerance) outcome = Outcome::kNoTf;
+    return pose && pose->age <= hold_time() ? pose : std::nullopt;
+  }
+
+  ros::Time forget_if_jumped() {
+    const ros::Time now = ros::Time::now();
+    if (clock_.jumped_back(now)) {
+      ROS_WARN("the clock went back: persons and transforms are forgotten");
+      pipeline_.clear();
+      pending_.clear();
+      buffer_.clear();
+      shown_ = {};
+    }
+    return now;
+  }
+
+  void show_markers() {
+    if (markers_pub_.getNumSubscribers() == 0) return;
+    std::unique_lock<std::mutex> lock(mutex_);
+    const auto header = std::exchange(shown_header_, {});  // nothing is shown twice
+    const auto shown = shown_;
+    lock.unlock();
+    if (header.frame_id.empty()) return;
+    markers_pub_.publish(
+        to_markers(header, params_.fixed_frame, shown, params_.pipeline.merge.body_radius));
+  }
+
+  void report(diagnostic_updater::DiagnosticStatusWrapper& status) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const bool silent = (ros::WallTime::now() - last_persons_).toSec() > params_.input_timeout;
+    status.summary(
+        silent ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK,
+        silent ? "persons silent: no safety areas" : "persons arrive");
+    status.add("persons held", shown_.persons.size());
+    status.add("persons arrays waiting for tf", pending_.size());
+    status.add("areas merged", shown_.areas.size());
+    status.add("areas the robot is in", shown_.scan.inside);
+  }
+
+  double hold_time() const { return params_.pipeline.memory.hold_time; }
+
+  const SafetyAreaParameters params_ = read_safety_area_parameters();
+  std::mutex mutex_;  // guards everything from here to the shown
+  safety_area::Pipeline pipeline_{params_.pipeline};
+  std::deque<PersonArray::ConstPtr> pending_;
+  JumpDetector clock_;
+  ros::WallTime last_persons_;
+  std_msgs::Header shown_header_;
+  safety_area::Pipeline::Result shown_;
+
+  tf2::BufferCore buffer_;
+  tf2_ros::TransformListener listener_{buffer_};
+  NodeDiagnostics diagnostics_{params_.input_timeout};
+  ros::Publisher merged_pub_, safety_pub_, markers_pub_;
+  ros::CallbackQueue scan_queue_;
+  ros::Subscriber scan_sub_, persons_sub_;
+  ros::WallTimer pending_timer_, markers_timer_;
+  ros::AsyncSpinner scan_spinner_{1, &scan_queue_}, spinner_{1};
+};
+
+}  // namespace
+}  // namespace safe_passage
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "safety_area_merger");
+  try {
+    safe_passage::SafetyAreaMerger node;
+    ros::waitForShutdown();
+  } catch (const std::exception& error) {
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+  return 0;
+}
