@@ -150,7 +150,21 @@ class _Reader:
             self.warnings.append(f"{layer}/{name}: source without parameters, defaults are used")
         inherited = {key: values[key] for key in INHERITED_BY_SOURCES if key in values}
         source = {**inherited, **_namespace(values, name, layer)}
-        return self._build(SourceParameters, name, source, set(), layer)
+        built = self._build(SourceParameters, name, source, set(), layer)
+        self._warn_of_ghosts(f"{layer}/{name}", built)
+        return built
+
+    def _warn_of_ghosts(self, where: str, source: SourceParameters) -> None:
+        """Settings with which an obstacle stays in the map after it has left."""
+        if source.marking and source.clearing and source.raytrace_range < source.obstacle_range:
+            self.warnings.append(
+                f"{where}/raytrace_range = {source.raytrace_range} m: below obstacle_range = "
+                f"{source.obstacle_range} m, marks beyond it are never cleared"
+            )
+        if source.clearing and source.data_type == "LaserScan" and not source.inf_is_valid:
+            self.warnings.append(
+                f"{where}/inf_is_valid: false, beams without return clear nothing and leave ghosts"
+            )
 
     def _build(
         self,

@@ -7,6 +7,7 @@ from typing import Iterator
 import numpy as np
 
 from safe_passage.costmap.costs import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from safe_passage.costmap.crossing import crossed
 from safe_passage.costmap.footprint import fill_polygon
 from safe_passage.costmap.grid import Box, CellBox, RollingGrid
 from safe_passage.costmap.observation import Observation, ObservationBuffer
@@ -19,6 +20,7 @@ from safe_passage.costmap.parameters import (
 )
 from safe_passage.costmap.raytrace import line_indices
 
+MOST_BEAMS = 4096  # of larger clouds one beam to each end cell is asked what it crosses
 EDGE_MARGIN = 0.001  # m inside the window's far edges, where cut rays end
 
 
@@ -87,7 +89,9 @@ class ObstacleLayer:
         x, y = _cut_to_window(self.grid, observation)
         columns, rows, inside = self.grid.columns_and_rows(x, y)
         width = self.grid.cells.shape[1]
-        ends = np.unique(rows[inside] * width + columns[inside])  # many beams share an end cell
+        beam_to = np.full(self.grid.cells.size, -1)  # one beam to each end cell: many share one
+        beam_to[rows[inside] * width + columns[inside]] = np.flatnonzero(inside)
+        ends = np.flatnonzero(beam_to >= 0)
         cells = line_indices(
             int(column[0]),
             int(row[0]),
@@ -97,7 +101,32 @@ class ObstacleLayer:
             self.grid.cell_distance(raytrace_range),
         )
         self.grid.cells.reshape(-1)[cells] = FREE_SPACE
-        return _ray_bounds(origin_x, origin_y, x[inside], y[inside], raytrace_range)
+        box = _ray_bounds(origin_x, origin_y, x[inside], y[inside], raytrace_range)
+        if self.parameters.clear_crossed_cells:
+            points = observation.points
+            beams = points if len(points) <= MOST_BEAMS else points[beam_to[ends]]
+            box = box.joined(self._clear_crossed(beams, origin_x, origin_y, raytrace_range))
+        return box
+
+    def _clear_crossed(
+        self, points: np.ndarray, origin_x: float, origin_y: float, raytrace_range: float
+    ) -> Box:
+        """Free the marked cells that a beam crosses although no line between cells does.
+
+        costmap_2d leaves them: stray cells of a person who has left, until the robot moves.
+        """
+        rows, columns = np.nonzero(self.grid.cells == LETHAL_OBSTACLE)
+        x = self.grid.origin_x + (columns + 0.5) * self.grid.resolution
+        y = self.grid.origin_y + (rows + 0.5) * self.grid.resolution
+        origin = np.array([origin_x, origin_y])
+        free = crossed(
+            np.column_stack((x, y)) - origin,
+            points[:, :2] - origin,
+            self.grid.resolution,
+            raytrace_range,
+        )
+        self.grid.cells[rows[free], columns[free]] = FREE_SPACE
+        return Box().touching(x[free], y[free])
 
     def _mark_points(self, observation: Observation, obstacle_range: float) -> Box:
         points = observation.points.astype(np.float64)

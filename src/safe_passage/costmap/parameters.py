@@ -68,6 +68,7 @@ class ObstacleLayerParameters:
     footprint_clearing_enabled: bool = True  # the robot's own footprint is free
     combination_method: int = MAXIMUM  # 0 overwrite, 1 maximum, 99 nothing
     track_unknown_space: bool = False  # cells never seen are unknown, not free
+    clear_crossed_cells: bool = True  # not in costmap_2d: no stray cell of what left stays
 
     def __post_init__(self) -> None:
         prefix = f"{self.name}/"
@@ -75,7 +76,12 @@ class ObstacleLayerParameters:
         check_choice(
             prefix + "combination_method", self.combination_method, (OVERWRITE, MAXIMUM, NOTHING)
         )
-        for flag in ("enabled", "footprint_clearing_enabled", "track_unknown_space"):
+        for flag in (
+            "enabled",
+            "footprint_clearing_enabled",
+            "track_unknown_space",
+            "clear_crossed_cells",
+        ):
             check_flag(prefix + flag, getattr(self, flag))
         names = [source.name for source in self.sources]
         if len(set(names)) != len(names):
