@@ -4,6 +4,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include "safe_passage/person_detection/debug_image.h"
 #include "safe_passage/person_detection/detector.h"
 #include "safe_passage/person_detection/frame_io.h"
 
@@ -92,6 +93,7 @@ PYBIND11_MODULE(_person_detection, m) {
       .def_readonly("accepted", &Detection::accepted);
 
   py::class_<DetectionResult>(m, "DetectionResult")
+      .def_readonly("voxels", &DetectionResult::voxels)
       .def_readonly("ground", &DetectionResult::ground)
       .def_property_readonly("points", [](const DetectionResult& r) { return to_array(r.points); })
       .def_readonly("clusters", &DetectionResult::clusters)
@@ -177,6 +179,9 @@ PYBIND11_MODULE(_person_detection, m) {
                          const Intrinsics& camera) {
     return from_depth(to_mat(depth, CV_32FC1), to_mat(bgr, CV_8UC3), camera);
   }, py::arg("depth"), py::arg("bgr"), py::arg("camera"), "Depth in metres, NaN or 0 = none.");
+  m.def("draw_debug", [](const Array<std::uint8_t>& bgr, const DetectionResult& result) {
+    return to_array<std::uint8_t>(draw_debug(to_mat(bgr, CV_8UC3), result));
+  }, py::arg("bgr"), py::arg("result"));
   m.def("find_ground", [](const RgbdFrame& frame, const Eigen::Vector3f& up, double max_tilt) {
     return find_ground(VoxelGrid(VoxelParameters{}).filter(frame.xyz), up, max_tilt);
   }, py::arg("frame"), py::arg("up") = Eigen::Vector3f(0.0F, -1.0F, 0.0F), py::arg("max_tilt") = 0.5,

@@ -40,6 +40,7 @@ DetectionResult PersonDetector::detect(const RgbdFrame& frame,
   DetectionResult result;
   StopWatch watch(result.times);
   const Points voxels = voxels_.filter(frame.xyz);
+  result.voxels = static_cast<int>(voxels.size());
   watch.lap("voxel filter");
   result.ground = ground_.update(voxels, ground_seed);
   watch.lap("ground plane");

@@ -20,7 +20,7 @@ class PersonConfidence {
 };
 
 struct HogParameters {
-  double threshold = -0.3;  // SVM margin from which a candidate is a person; below 0: rather one too many
+  double threshold = 0.0;  // SVM margin from which a candidate is a person
   // The ROI comes from depth, the window from pictures: the best margin of a few windows counts.
   int shifts = 2;                               // steps of 8 px of the window each way
   std::vector<double> sizes = {1.0, 0.9, 1.1};  // of the person, in shares of the ROI's height

@@ -1,0 +1,172 @@
+// Node person_detector: RGB-D in, persons out. Converts, calls the detector, publishes.
+#include <cv_bridge/cv_bridge.h>
+#include <message_filters/subscriber.h>
+#include <message_filters/sync_policies/approximate_time.h>
+#include <message_filters/synchronizer.h>
+#include <ros/ros.h>
+#include <tf2_ros/transform_listener.h>
+
+#include "safe_passage/person_detection/debug_image.h"
+#include "safe_passage/person_detection/frame_io.h"
+#include "safe_passage/ros/clock.h"
+#include "safe_passage/ros/detector_parameters.h"
+#include "safe_passage/ros/diagnostics.h"
+#include "safe_passage/ros/person_conversions.h"
+
+namespace safe_passage::person_detection {
+
+class PersonDetectorNode {
+ public:
+  PersonDetectorNode()
+      : private_node_("~"),
+        parameters_(read_parameters(private_node_)),
+        detector_(parameters_.detector),
+        diagnostics_(parameters_.input_timeout),
+        tf_listener_(tf_) {
+    persons_pub_ = node_.advertise<PersonArray>("persons", 1);
+    markers_pub_ = private_node_.advertise<visualization_msgs::MarkerArray>("markers", 1);
+    debug_pub_ = private_node_.advertise<sensor_msgs::Image>("debug_image", 1);
+    if (parameters_.input == "cloud")
+      subscribe_cloud();
+    else
+      subscribe_depth();
+    diagnostics_.add_check("ground", [this](auto& status) { report_ground(status); });
+  }
+
+ private:
+  void subscribe_cloud() {
+    cloud_sub_ = node_.subscribe("depth_registered/points", 1, &PersonDetectorNode::on_cloud, this);
+    info_sub_ = node_.subscribe("rgb/camera_info", 1, &PersonDetectorNode::on_info, this);
+    expect(cloud_sub_.getTopic());
+  }
+
+  void subscribe_depth() {
+    constexpr int kQueue = 5;
+    rgb_sub_.subscribe(node_, "rgb/image_rect_color", kQueue);
+    depth_sub_.subscribe(node_, "depth_registered/image_rect", kQueue);
+    info_filter_.subscribe(node_, "rgb/camera_info", kQueue);
+    sync_.connectInput(depth_sub_, rgb_sub_, info_filter_);
+    sync_.registerCallback(&PersonDetectorNode::on_images, this);
+    expect(depth_sub_.getTopic() + " + " + rgb_sub_.getTopic() + " + " + info_filter_.getTopic());
+  }
+
+  void expect(const std::string& input) {
+    input_ = input;
+    diagnostics_.expect(input);
+    ROS_INFO("waiting for %s", input.c_str());
+  }
+
+  void on_info(const sensor_msgs::CameraInfo& info) { camera_ = to_intrinsics(info); }
+
+  void on_cloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
+    const ros::WallTime arrived = ros::WallTime::now();
+    if (!in_time(cloud->header)) return;
+    const std::string fault = fault_of(*cloud);
+    if (!fault.empty()) return diagnostics_.count(input_, Outcome::kBadFields, fault);
+    RgbdFrame frame = to_frame(*cloud);
+    try {
+      // Without camera info the cloud itself tells its camera; that does not change from frame to frame.
+      if (!camera_) camera_ = estimate_intrinsics(frame.xyz);
+    } catch (const std::runtime_error& error) {
+      return diagnostics_.count(input_, Outcome::kEmpty, error.what());
+    }
+    frame.camera = *camera_;
+    process(frame, cloud->header, arrived);
+  }
+
+  void on_images(const sensor_msgs::ImageConstPtr& depth, const sensor_msgs::ImageConstPtr& rgb,
+                 const sensor_msgs::CameraInfoConstPtr& info) {
+    const ros::WallTime arrived = ros::WallTime::now();
+    if (!in_time(depth->header)) return;
+    try {
+      const auto bgr = cv_bridge::toCvShare(rgb, "bgr8");
+      process(from_depth(cv_bridge::toCvShare(depth)->image, bgr->image, to_intrinsics(*info)),
+              depth->header, arrived);
+    } catch (const std::exception& error) {  // cv_bridge's and from_depth's: encodings, sizes
+      diagnostics_.count(input_, Outcome::kBadFields, error.what());
+    }
+  }
+
+  // Counts and refuses what is too old, from the future, or without a frame.
+  bool in_time(const std_msgs::Header& header) {
+    const ros::Time now = ros::Time::now();
+    if (jump_.jumped_back(now)) {
+      ROS_WARN("clock went back: forgetting the ground");
+      detector_.reset();
+      tf_.clear();
+    }
+    const double age = (now - header.stamp).toSec();
+    if (age > parameters_.max_age) diagnostics_.count(input_, Outcome::kStale);
+    else if (age < -parameters_.max_future) diagnostics_.count(input_, Outcome::kFuture);
+    else if (header.frame_id.empty()) diagnostics_.count(input_, Outcome::kBadFields, "no frame_id");
+    else return true;
+    return false;
+  }
+
+  std::optional<GroundPlane> ground_seed(const std_msgs::Header& header) {
+    if (parameters_.ground_seed) return parameters_.ground_seed;
+    try {
+      return to_ground_plane(tf_.lookupTransform(header.frame_id, parameters_.ground_frame,
+                                                 header.stamp, ros::Duration(parameters_.tf_timeout))
+                                 .transform);
+    } catch (const tf2::TransformException& error) {
+      diagnostics_.count("tf", Outcome::kNoTf, error.what());
+      return std::nullopt;  // the tracked ground serves on; without one nothing is published
+    }
+  }
+
+  void process(const RgbdFrame& frame, const std_msgs::Header& header, ros::WallTime arrived) {
+    const DetectionResult result = detector_.detect(frame, ground_seed(header));
+    ground_state_ = result.ground.state;
+    if (result.voxels == 0) return diagnostics_.count(input_, Outcome::kEmpty, "no finite point");
+    if (ground_state_ == GroundState::kUnknown) {
+      ROS_WARN_THROTTLE(5.0, "no ground known: waiting for tf from %s to %s, or set ground_seed",
+                        header.frame_id.c_str(), parameters_.ground_frame.c_str());
+      return;  // silence: an empty array would say that nobody is there
+    }
+    persons_pub_.publish(to_message(result, parameters_.detector.method, header));
+    diagnostics_.count(input_, Outcome::kOk);
+    diagnostics_.latency((ros::WallTime::now() - arrived).toSec());
+    if (markers_pub_.getNumSubscribers() > 0) markers_pub_.publish(to_markers(result, header));
+    if (debug_pub_.getNumSubscribers() > 0)
+      debug_pub_.publish(
+          cv_bridge::CvImage(header, "bgr8", draw_debug(frame.bgr, result)).toImageMsg());
+  }
+
+  void report_ground(diagnostic_updater::DiagnosticStatusWrapper& status) {
+    static const char* const kNames[] = {"tracked", "not seen, last estimate in use", "unknown"};
+    status.summary(static_cast<unsigned char>(ground_state_), kNames[static_cast<int>(ground_state_)]);
+  }
+
+  ros::NodeHandle node_, private_node_;
+  DetectorNodeParameters parameters_;
+  PersonDetector detector_;
+  NodeDiagnostics diagnostics_;
+  JumpDetector jump_;
+  tf2_ros::Buffer tf_;
+  tf2_ros::TransformListener tf_listener_;
+  std::string input_;
+  std::optional<Intrinsics> camera_;
+  GroundState ground_state_ = GroundState::kUnknown;
+  ros::Publisher persons_pub_, markers_pub_, debug_pub_;
+  ros::Subscriber cloud_sub_, info_sub_;
+  message_filters::Subscriber<sensor_msgs::Image> rgb_sub_, depth_sub_;
+  message_filters::Subscriber<sensor_msgs::CameraInfo> info_filter_;
+  using Policy = message_filters::sync_policies::ApproximateTime<sensor_msgs::Image, sensor_msgs::Image,
+                                                                 sensor_msgs::CameraInfo>;
+  message_filters::Synchronizer<Policy> sync_{Policy(5)};
+};
+
+}  // namespace safe_passage::person_detection
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "person_detector");
+  try {
+    safe_passage::person_detection::PersonDetectorNode node;
+    ros::spin();
+  } catch (const std::runtime_error& error) {
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,1 @@
+"""Worlds with exact truth: what cameras and lidars see in them."""
