@@ -43,6 +43,12 @@ void read_stages(Parameters& reader, DetectorParameters& p) {
   reader.read("heads/max_candidates", p.heads.max_candidates, {1, 1000}, "");
 }
 
+// A launch file cannot expand the home folder inside an argument's default.
+void expand_home(std::string& path) {
+  const char* home = std::getenv("HOME");
+  if (home && path.compare(0, 2, "~/") == 0) path = home + path.substr(1);
+}
+
 void read_confidence(Parameters& reader, DetectorParameters& p) {
   std::string method = "hog";
   reader.read_choice("method", method, {"hog", "yolo"});
@@ -56,6 +62,8 @@ void read_confidence(Parameters& reader, DetectorParameters& p) {
   reader.read("yolo/threshold", p.yolo.threshold, {0.0, 1.0}, "(probability)");
   reader.read("yolo/model", p.yolo.model);
   reader.read("yolo/config", p.yolo.config);
+  expand_home(p.yolo.model);
+  expand_home(p.yolo.config);
   reader.read("yolo/family", p.yolo.family);
   reader.read("yolo/input_width", p.yolo.input_width, {32, 4096}, "px");
   reader.read("yolo/input_height", p.yolo.input_height, {32, 4096}, "px");

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
-import os
 import sys
 from pathlib import Path
 
@@ -19,9 +18,8 @@ WEIGHTS_SHA256 = "dccea06f59b781ec1234ddf8d1e94b9519a97f4245748a7d4db75d5b7080a4
 
 
 def default_folder() -> Path:
-    """Where the launch files look: `$SAFE_PASSAGE_MODELS`, else below ROS's home."""
-    ros_home = os.environ.get("ROS_HOME", str(Path.home() / ".ros"))
-    return Path(os.environ.get("SAFE_PASSAGE_MODELS", f"{ros_home}/safe_passage/models"))
+    """Where the launch files look."""
+    return Path("~/.ros/safe_passage/models").expanduser()
 
 
 def corrected_cfg(text: str) -> str:

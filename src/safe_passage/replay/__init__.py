@@ -1,0 +1,1 @@
+"""Recordings and scenes played as a live camera and lidar."""
