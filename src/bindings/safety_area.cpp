@@ -69,7 +69,14 @@ void bind_scans(py::module_& m) {
                     range_max, to_vector(ranges), to_vector(intensities)};
       }),
       py::arg("ranges"), py::arg("angle_min"), py::arg("angle_max"), py::arg("angle_increment"),
-      py::arg("range_min"), py::arg("range_max"), py::arg("intensities") = Floats(0));
+      py::arg("range_min"), py::arg("range_max"), py::arg("intensities") = Floats(0))
+      .def_property_readonly("ranges", floats(&Scan::ranges))
+      .def_property_readonly("intensities", floats(&Scan::intensities))
+      .def_readonly("angle_min", &Scan::angle_min)
+      .def_readonly("angle_max", &Scan::angle_max)
+      .def_readonly("angle_increment", &Scan::angle_increment)
+      .def_readonly("range_min", &Scan::range_min)
+      .def_readonly("range_max", &Scan::range_max);
   py::class_<MergeParameters>(m, "MergeParameters")
       .def(py::init<>())
       .def_readwrite("inside_policy", &MergeParameters::inside_policy)

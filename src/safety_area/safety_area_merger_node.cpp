@@ -211,6 +211,7 @@ class SafetyAreaMerger {
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "safety_area_merger");
+  const ros::NodeHandle keeps_ros_up;  // when the last handle goes, errors are logged no more
   try {
     safe_passage::SafetyAreaMerger node;
     ros::waitForShutdown();

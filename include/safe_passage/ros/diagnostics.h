@@ -27,8 +27,9 @@ class NodeDiagnostics {
   explicit NodeDiagnostics(double timeout) : timeout_(timeout), started_(ros::WallTime::now()) {
     updater_.setHardwareID("none");
     updater_.add("inputs", this, &NodeDiagnostics::report_inputs);
+    // By force: update() obeys ROS time, and a paused or rewound clock must not silence it.
     timer_ = ros::NodeHandle().createWallTimer(
-        ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { updater_.update(); });
+        ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { updater_.force_update(); });
   }
 
   void expect(const std::string& input) {
