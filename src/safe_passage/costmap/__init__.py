@@ -14,7 +14,12 @@ from safe_passage.costmap.parameters import (
     SourceParameters,
 )
 from safe_passage.costmap.pipeline import CostmapUpdate, LocalCostmap
-from safe_passage.costmap.projection import project_scan, transform_points, yaw_quaternion
+from safe_passage.costmap.projection import (
+    project_scan,
+    quaternion_yaw,
+    transform_points,
+    yaw_quaternion,
+)
 from safe_passage.costmap.publication import PublicationArea, occupancy
 
 __all__ = [
@@ -32,6 +37,7 @@ __all__ = [
     "load_costmap_parameters",
     "occupancy",
     "project_scan",
+    "quaternion_yaw",
     "transform_points",
     "yaw_quaternion",
 ]

@@ -150,6 +150,7 @@ class CostmapParameters:
     width: float = 10.0  # m
     height: float = 10.0  # m
     resolution: float = 0.05  # m a cell
+    max_observation_age: float = 2.0  # s, not in costmap_2d: older messages are dropped
     origin_x: float = 0.0  # m, first lower-left corner in the global frame
     origin_y: float = 0.0  # m
 
@@ -159,6 +160,7 @@ class CostmapParameters:
         for flag in ("rolling_window", "track_unknown_space", "always_send_full_costmap"):
             check_flag(flag, getattr(self, flag))
         check_range("transform_tolerance", self.transform_tolerance, 0.0, 10.0, "s")
+        check_range("max_observation_age", self.max_observation_age, 0.0, 3600.0, "s")
         check_range("update_frequency", self.update_frequency, 0.01, 100.0, "Hz")
         check_range("publish_frequency", self.publish_frequency, 0.0, 100.0, "Hz")
         check_range("resolution", self.resolution, 0.001, 50.0, "m")
@@ -171,6 +173,16 @@ class CostmapParameters:
     def shape(self) -> tuple[int, int]:
         """Rows (y) and columns (x) of the window, in cells."""
         return int(self.height / self.resolution), int(self.width / self.resolution)
+
+    @property
+    def sources(self) -> tuple[tuple[str, SourceParameters], ...]:
+        """(name of the layer, source) of each source that an enabled layer listens to."""
+        return tuple(
+            (layer.name, source)
+            for layer in self.layers
+            if isinstance(layer, ObstacleLayerParameters) and layer.enabled
+            for source in layer.sources
+        )
 
 
 def field_names(parameters: type) -> frozenset:

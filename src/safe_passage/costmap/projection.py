@@ -80,3 +80,13 @@ def _rotation_matrix(quaternion_xyzw: Sequence[float]) -> np.ndarray:
 def yaw_quaternion(yaw: float) -> tuple[float, float, float, float]:
     """Quaternion (x, y, z, w) of a turn about z by `yaw` rad."""
     return 0.0, 0.0, float(np.sin(yaw / 2)), float(np.cos(yaw / 2))
+
+
+def quaternion_yaw(quaternion_xyzw: Sequence[float]) -> float:
+    """Heading in rad of a frame's x axis seen from above; quaternion as x, y, z, w.
+
+    >>> round(quaternion_yaw(yaw_quaternion(-2.5)), 6)
+    -2.5
+    """
+    x, y, z, w = quaternion_xyzw
+    return float(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
