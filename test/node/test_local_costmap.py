@@ -8,6 +8,7 @@ import time
 import unittest
 
 import numpy as np
+import rospkg
 import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray
@@ -42,6 +43,13 @@ def transform(parent, child, stamp, x=0.0, z=0.0):
     message.transform.translation = Vector3(x, 0, z)
     message.transform.rotation = Quaternion(0, 0, 0, 1)
     return message
+
+
+def make_scan(ranges, frame, stamp):
+    return LaserScan(
+        header=Header(frame_id=frame, stamp=stamp), angle_min=ANGLE_MIN, angle_max=-ANGLE_MIN,
+        angle_increment=INCREMENT, range_min=0.05, range_max=20.0, ranges=list(ranges),
+    )  # fmt: skip
 
 
 class LocalCostmapTest(unittest.TestCase):
@@ -104,17 +112,9 @@ class LocalCostmapTest(unittest.TestCase):
             poses = transform(ODOM, BASE, stamp, robot_x), transform(BASE, LASER, stamp, 0.2, 0.3)
             self.tf_pub.publish(poses)
         if ranges is not None:
-            self.publish_scan(ranges, frame, stamp - rospy.Duration(age))
+            self.scan_pub.publish(make_scan(ranges, frame, stamp - rospy.Duration(age)))
         with self.news:
             self.news.wait(0.02)
-
-    def publish_scan(self, ranges, frame, stamp):
-        scan = LaserScan(
-            header=Header(frame_id=frame, stamp=stamp), angle_min=ANGLE_MIN,
-            angle_max=-ANGLE_MIN, angle_increment=INCREMENT, range_min=0.05, range_max=20.0,
-            ranges=list(ranges),
-        )  # fmt: skip
-        self.scan_pub.publish(scan)
 
     def until(self, reached, what, **world):
         """Let the world go on until `reached`."""
@@ -207,6 +207,23 @@ class LocalCostmapTest(unittest.TestCase):
         self.until(lambda: self.maps and self.header.stamp.to_sec() < 50, "a map of the new time")
         self.assertEqual(self.lethal(), 0)
         self.see_circle()
+        self.see_nothing()
+
+    @unittest.skipIf("move_base" in rospkg.RosPack().list(), "the real move_base is installed")
+    def test_8_stands_in_for_move_base_of_another_robot(self):
+        theirs = []
+        topic = "/robot2/move_base/local_costmap/costmap"
+        rospy.Subscriber(topic, OccupancyGrid, theirs.append)
+        rospy.Subscriber(topic + "_updates", OccupancyGridUpdate, theirs.append)
+        scan_pub = rospy.Publisher("/robot2/scan_human_aware", LaserScan, queue_size=1)
+        end = time.monotonic() + TIMEOUT
+        while not theirs or LETHAL not in theirs[-1].data:
+            self.assertLess(time.monotonic(), end, "waited in vain for the second robot")
+            self.tick(ranges=OPEN)
+            stamp = rospy.Time.from_sec(self.now)
+            self.tf_pub.publish([transform("robot2/odom", "robot2/base_link", stamp)])
+            scan_pub.publish(make_scan(circle_ahead(), "robot2/base_link", stamp))
+        self.assertEqual(theirs[-1].header.frame_id, "robot2/odom")
         self.see_nothing()
 
 

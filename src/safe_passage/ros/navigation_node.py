@@ -29,7 +29,7 @@ def main() -> None:
     rospy.init_node("move_base")
     rospy.logwarn(
         f"move_base is not started: {', '.join(missing) or 'its program'} not installed. "
-        f"The local costmap runs alone, on {rospy.resolve_name(COSTMAP)}costmap, with the same "
+        f"The local costmap runs alone, on {rospy.resolve_name(COSTMAP)}/costmap, with the same "
         "parameters; nothing plans and nothing drives."
     )
     CostmapNode(COSTMAP).spin()
