@@ -96,6 +96,12 @@ PYBIND11_MODULE(_person_detection, m) {
       .def_readonly("voxels", &DetectionResult::voxels)
       .def_readonly("ground", &DetectionResult::ground)
       .def_property_readonly("points", [](const DetectionResult& r) { return to_array(r.points); })
+      .def("camera_points", [](const DetectionResult& r, const Candidate& candidate) {
+        const GroundFrame frame(r.ground.plane);
+        Points points;
+        for (const int i : candidate.points) points.push_back(frame.to_camera(r.points.at(i)));
+        return to_array(points);
+      }, py::arg("candidate"), "The candidate's points (N, 3) in the camera's frame.")
       .def_readonly("clusters", &DetectionResult::clusters)
       .def_readonly("detections", &DetectionResult::detections)
       .def_property_readonly("times_ms", [](const DetectionResult& r) {
@@ -183,7 +189,7 @@ PYBIND11_MODULE(_person_detection, m) {
     return to_array<std::uint8_t>(draw_debug(to_mat(bgr, CV_8UC3), result));
   }, py::arg("bgr"), py::arg("result"));
   m.def("find_ground", [](const RgbdFrame& frame, const Eigen::Vector3f& up, double max_tilt) {
-    return find_ground(VoxelGrid(VoxelParameters{}).filter(frame.xyz), up, max_tilt);
+    return find_ground(VoxelGrid(VoxelParameters{}).filter(frame.xyz, frame.depth_focal()), up, max_tilt);
   }, py::arg("frame"), py::arg("up") = Eigen::Vector3f(0.0F, -1.0F, 0.0F), py::arg("max_tilt") = 0.5,
         "The lowest large plane under the camera, or None.");
 }

@@ -39,7 +39,7 @@ DetectionResult PersonDetector::detect(const RgbdFrame& frame,
                                        const std::optional<GroundPlane>& ground_seed) {
   DetectionResult result;
   StopWatch watch(result.times);
-  const Points voxels = voxels_.filter(frame.xyz);
+  const Points voxels = voxels_.filter(frame.xyz, frame.depth_focal());
   result.voxels = static_cast<int>(voxels.size());
   watch.lap("voxel filter");
   result.ground = ground_.update(voxels, ground_seed);

@@ -22,7 +22,7 @@ std::optional<GroundPlane> read_ground_seed(Parameters& reader) {
 void read_stages(Parameters& reader, DetectorParameters& p) {
   reader.read("voxel/leaf", p.voxel.leaf, {0.01, 0.5}, "m");
   reader.read("voxel/max_range", p.voxel.max_range, {0.5, 100.0}, "m");
-  reader.read("voxel/sampling", p.voxel.sampling, {1, 8}, "pixels");
+  reader.read("voxel/sampling", p.voxel.sampling, {0, 8}, "pixels");
   reader.read("ground/seed_band", p.ground.seed_band, {0.01, 2.0}, "m");
   reader.read("ground/track_band", p.ground.track_band, {0.01, 2.0}, "m");
   reader.read("ground/inlier_distance", p.ground.inlier_distance, {0.005, 0.5}, "m");

@@ -182,7 +182,9 @@ visualization_msgs::MarkerArray to_markers(const DetectionResult& result,
     cube.color.b = detection.accepted ? 0.0F : 0.6F;
     cube.color.a = detection.accepted ? 0.45F : 0.2F;
     markers.markers.push_back(cube);
-    auto text = marker(header, "confidence", id++, visualization_msgs::Marker::TEXT_VIEW_FACING);
+    ++id;
+    if (!detection.accepted) continue;
+    auto text = marker(header, "confidence", id, visualization_msgs::Marker::TEXT_VIEW_FACING);
     text.pose.position =
         to_point(frame.to_camera(detection.candidate.head + Eigen::Vector3f(0.0F, 0.0F, 0.2F)));
     text.scale.z = 0.2;

@@ -1,5 +1,6 @@
 #include "safe_passage/person_detection/voxel_grid.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -11,7 +12,10 @@ constexpr int kHalfAxis = 1 << 20;  // 21 bits an axis
 
 std::uint64_t key_of(const Eigen::Vector3f& p, float inverse_leaf) {
   const auto axis = [inverse_leaf](float v) {
-    return static_cast<std::uint64_t>(static_cast<int>(std::floor(v * inverse_leaf)) + kHalfAxis);
+    const float cell = v * inverse_leaf;
+    const int truncated = static_cast<int>(cell);  // std::floor is a call without SSE 4.1
+    return static_cast<std::uint64_t>(truncated - (cell < static_cast<float>(truncated)) +
+                                      kHalfAxis);
   };
   return axis(p.x()) << 42 | axis(p.y()) << 21 | axis(p.z());
 }
@@ -24,7 +28,13 @@ VoxelGrid::VoxelGrid(const VoxelParameters& parameters) : parameters_(parameters
   slots_.resize(1 << 16, Slot{0, 0, 0});
 }
 
-Points VoxelGrid::filter(const cv::Mat& xyz) {
+int VoxelGrid::step(double focal) const {
+  if (parameters_.sampling > 0) return parameters_.sampling;
+  const double pixels_a_voxel = parameters_.leaf * focal / parameters_.max_range;
+  return std::max(1, static_cast<int>(pixels_a_voxel / 1.5));
+}
+
+Points VoxelGrid::filter(const cv::Mat& xyz, double focal) {
   if (xyz.type() != CV_32FC3) throw std::invalid_argument("voxel grid: xyz must be CV_32FC3");
   ++frame_;
   cells_.clear();
@@ -33,9 +43,10 @@ Points VoxelGrid::filter(const cv::Mat& xyz) {
   const auto max_range = static_cast<float>(parameters_.max_range);
   std::uint64_t last_key = kNoKey;  // neighbours in a row mostly share a voxel
   int last_cell = -1;
-  for (int row = 0; row < xyz.rows; row += parameters_.sampling) {
+  const int step = this->step(focal);
+  for (int row = 0; row < xyz.rows; row += step) {
     const auto* pixels = xyz.ptr<Eigen::Vector3f>(row);
-    for (int column = 0; column < xyz.cols; column += parameters_.sampling) {
+    for (int column = 0; column < xyz.cols; column += step) {
       const Eigen::Vector3f& p = pixels[column];
       // Written so that NaN fails; x and y are bounded by any camera's field of view.
       if (!(p.z() > 0.0F && p.z() <= max_range)) continue;

@@ -20,7 +20,7 @@ class PersonConfidence {
 };
 
 struct HogParameters {
-  double threshold = 0.0;  // SVM margin from which a candidate is a person
+  double threshold = -0.1;  // SVM margin; a little under the boundary: rather a person too many
   // The ROI comes from depth, the window from pictures: the best margin of a few windows counts.
   int shifts = 2;                               // steps of 8 px of the window each way
   std::vector<double> sizes = {1.0, 0.9, 1.1};  // of the person, in shares of the ROI's height
@@ -40,12 +40,12 @@ class HogConfidence : public PersonConfidence {
 };
 
 struct YoloParameters {
-  double threshold = 0.30;  // probability from which a candidate is a person
+  double threshold = 0.25;  // probability from which a candidate is a person
   std::string model;        // path of .weights (Darknet) or .onnx
   std::string config;       // path of the .cfg (Darknet only); empty: the model's with .cfg
   std::string family = "auto";  // auto, darknet, yolov5 (to v7), yolov8 (and later), yolov8_heads, nanodet
-  int input_width = 320;    // [px] multiples of 32
-  int input_height = 256;
+  int input_width = 256;    // [px] multiples of 32
+  int input_height = 192;
   int person_class = 0;             // 0 in COCO
   std::string backend = "default";  // default, opencv, cuda
   std::string target = "cpu";       // cpu, cuda, cuda_fp16, opencl

@@ -21,6 +21,9 @@ struct RgbdFrame {
   cv::Mat xyz;        // CV_32FC3, organised, NaN where there is no return
   cv::Mat bgr;        // CV_8UC3, rectified, registered to xyz; its size may differ
   Intrinsics camera;  // of bgr
+
+  // [px] focal length in the pixels of xyz
+  double depth_focal() const { return bgr.empty() ? camera.fx : camera.fx * xyz.cols / bgr.cols; }
 };
 
 // Height over the ground of a point p: normal . p + offset. The normal is unit and points up.

@@ -11,7 +11,7 @@ namespace safe_passage::person_detection {
 struct VoxelParameters {
   double leaf = 0.06;       // [m] edge of a voxel
   double max_range = 10.0;  // [m] along the optical axis; farther points are not looked at
-  int sampling = 1;         // every n-th pixel of every n-th row
+  int sampling = 0;  // every n-th pixel of every n-th row; 0: as far apart as misses no voxel at max_range
 };
 
 // Keeps its table between frames: an allocation a frame would cost more than the filter.
@@ -20,8 +20,8 @@ class VoxelGrid {
   explicit VoxelGrid(const VoxelParameters& parameters);
 
   // Centroids of the occupied voxels, in the order of their first pixel. Points that are not finite
-  // or not in front of the camera are left out.
-  Points filter(const cv::Mat& xyz);
+  // or not in front of the camera are left out. `focal` [px]: of the camera that made xyz.
+  Points filter(const cv::Mat& xyz, double focal);
 
  private:
   struct Cell {
@@ -34,6 +34,7 @@ class VoxelGrid {
     std::int32_t cell;
   };
 
+  int step(double focal) const;
   int find_or_add(std::uint64_t key);
   void grow();
 

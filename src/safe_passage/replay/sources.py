@@ -91,20 +91,20 @@ class FileSource:
     def __init__(self, path: Path, seconds_per_frame: float = 2.0) -> None:
         self._seconds_per_frame = seconds_per_frame
         if path.is_dir():
-            self._files = sorted(path.glob("*_rgb.png"))
+            self.files = sorted(path.glob("*_rgb.png"))
             self._intrinsics = _read_intrinsics(path / "intrinsics.yaml")
-            if not self._files:
+            if not self.files:
                 raise InputError(f"{path}: no *_rgb.png in this folder")
         elif path.is_file():
-            self._files = [path]
+            self.files = [path]
         else:
             raise InputError(f"{path}: no such file or folder")
         self._index, self._frame = -1, None
 
     def frame(self, time: float) -> Frame:
-        index = int(time / self._seconds_per_frame) % len(self._files)
+        index = int(time / self._seconds_per_frame) % len(self.files)
         if index != self._index or self._frame is None:
-            self._index, self._frame = index, self._load(self._files[index])
+            self._index, self._frame = index, self._load(self.files[index])
         return self._frame
 
     def scan(

@@ -1,0 +1,1 @@
+"""How well did it do: datasets with truth, and the papers' metrics."""
