@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import time
+from typing import Callable
 
 import numpy as np
 
 from safe_passage.costmap import (
     CostmapParameters,
+    CostmapUpdate,
     InflationLayerParameters,
     LocalCostmap,
     Observation,
@@ -22,7 +24,8 @@ from safe_passage.costmap.costs import LETHAL_OBSTACLE
 from safe_passage.costmap.reference import reference_folder, replay
 
 BEAMS, ANGLE_MIN, ANGLE_INCREMENT, RANGE_MAX = 1081, -2.356194, 0.00436332, 20.0
-CIRCLE_X, CIRCLE_RADIUS = 2.5, 1.2  # m, a person ahead and the safety area's radius
+CIRCLE_RADIUS = 1.2  # m, of a person's safety area
+HERE = (0.0, 0.0, 0.0)
 
 
 def run(quick: bool = False) -> list[dict]:
@@ -64,26 +67,49 @@ def mismatch_share(quick: bool) -> float | None:
 
 
 def circle_updates() -> tuple[float, float]:
-    """Updates until a circle is in the map, and until it is gone, among beams without return."""
-    costmap = LocalCostmap(_parameters("front"))
-    angles = ANGLE_MIN + np.arange(BEAMS) * ANGLE_INCREMENT
-    open_space = np.full(BEAMS, np.inf)
-    with np.errstate(invalid="ignore"):
-        near = CIRCLE_X * np.cos(angles) - np.sqrt(
-            CIRCLE_RADIUS**2 - (CIRCLE_X * np.sin(angles)) ** 2
-        )
-    circle = np.where(near > 0, near, open_space)
-    appears = _updates_until(costmap, circle, lambda lethal: lethal)
-    return appears, _updates_until(costmap, open_space, lambda lethal: not lethal)
+    """Updates until a circle is in the map and until no cell of it is left: the worst of many.
+
+    Circles at various places, in front of walls and of beams without return. A circle is there
+    when every beam that hits it has its cell lethal, gone when the map is what it was before.
+    """
+    rng = np.random.default_rng(2)
+    lives = [
+        _life_of_circle(rng.uniform(1.8, 4.0), rng.uniform(-2.2, 2.2), behind)
+        for behind in (np.inf, 3.5)
+        for _ in range(50)
+    ]
+    return max(appears for appears, _ in lives), max(gone for _, gone in lives)
 
 
-def _updates_until(costmap: LocalCostmap, ranges: np.ndarray, reached) -> float:
-    for count in range(1, 51):
-        seen = {("obstacle_layer", "front"): [_observe(ranges, (0.0, 0.0, 0.0), 0.0, 0.0)]}
-        costs = costmap.update((0.0, 0.0, 0.0), seen, now=0.0).costs
-        if reached(bool((costs == LETHAL_OBSTACLE).any())):
-            return count
-    return math.inf
+def _life_of_circle(distance: float, bearing: float, behind: float) -> tuple[float, float]:
+    costmap, empty = LocalCostmap(_parameters("front")), np.full(BEAMS, behind)
+    angles = ANGLE_MIN + np.arange(BEAMS) * ANGLE_INCREMENT - bearing
+    offset = distance * np.sin(angles)
+    hit = (np.abs(offset) < CIRCLE_RADIUS) & (np.cos(angles) > 0)
+    depth = np.sqrt(np.where(hit, CIRCLE_RADIUS**2 - offset**2, 0.0))
+    circle = np.minimum(np.where(hit, distance * np.cos(angles) - depth, behind), behind)
+    before = _update(costmap, empty).costs.copy()
+    there = _observe(np.where(circle < behind, circle, np.nan), HERE, 0.0, 0.0).points
+
+    def whole(update: CostmapUpdate) -> bool:
+        columns = np.floor((there[:, 0] - update.origin[0]) / update.resolution).astype(int)
+        rows = np.floor((there[:, 1] - update.origin[1]) / update.resolution).astype(int)
+        inside = (np.minimum(columns, rows) >= 0) & (np.maximum(columns, rows) < 160)
+        return bool((update.costs[rows[inside], columns[inside]] == LETHAL_OBSTACLE).all())
+
+    appears = _updates_until(costmap, circle, whole)
+    return appears, _updates_until(costmap, empty, lambda u: np.array_equal(u.costs, before))
+
+
+def _updates_until(
+    costmap: LocalCostmap, ranges: np.ndarray, reached: Callable[[CostmapUpdate], bool]
+) -> float:
+    return next((n for n in range(1, 51) if reached(_update(costmap, ranges))), math.inf)
+
+
+def _update(costmap: LocalCostmap, ranges: np.ndarray) -> CostmapUpdate:
+    seen = {("obstacle_layer", "front"): [_observe(ranges, HERE, 0.0, 0.0)]}
+    return costmap.update(HERE, seen, now=0.0)
 
 
 def _parameters(*names: str) -> CostmapParameters:

@@ -19,6 +19,7 @@ from safe_passage.costmap.parameters import (
 )
 
 OBSTACLE_TYPE = "costmap_2d::ObstacleLayer"
+VOXEL_TYPE = "costmap_2d::VoxelLayer"
 INFLATION_TYPE = "costmap_2d::InflationLayer"
 FROM_PARENT = {  # costmap_2d lets these override the layer's own
     OBSTACLE_TYPE: (
@@ -100,7 +101,7 @@ class _Reader:
         if mapping.pop("static_map", False):
             plugins.insert(0, ("static_layer", "costmap_2d::StaticLayer"))
         if mapping.pop("map_type", "costmap") == "voxel":
-            self.warnings.append("map_type: voxel is not known here, a flat obstacle layer is used")
+            plugins[-2] = ("obstacle_layer", VOXEL_TYPE)
         moved = dict(_namespace(mapping, "obstacle_layer"))
         for key in ("observation_sources", *str(mapping.get("observation_sources", "")).split()):
             if key in mapping:
@@ -110,6 +111,12 @@ class _Reader:
 
     def layer(self, name: str, kind: str, mapping: Mapping[str, Any]) -> LayerParameters | None:
         """Parameters of one plugin, or None (with a warning) when its type is not known."""
+        if kind == VOXEL_TYPE:
+            self.warnings.append(
+                f"plugins: {name} of type {kind} is used as a flat {OBSTACLE_TYPE}: "
+                "a ray clears its cells at every height"
+            )
+            kind = OBSTACLE_TYPE
         if kind not in FROM_PARENT:
             self.warnings.append(f"plugins: {name} of type {kind} is not known and has no effect")
             return None

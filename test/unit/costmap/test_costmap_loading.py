@@ -130,6 +130,14 @@ def test_errors_name_parameter_unit_and_range(mapping, place, key, value, words)
         assert word in str(error.value)
 
 
+def test_voxel_layer_is_used_flat_and_says_so(mapping):
+    mapping["plugins"][0]["type"] = "costmap_2d::VoxelLayer"
+    mapping["obstacles"]["z_voxels"] = 16
+    assert len(load(mapping).layers[0].sources) == 2
+    assert "flat" in warnings(mapping)[0] and "every height" in warnings(mapping)[0]
+    assert warnings(mapping)[1] == "obstacles/z_voxels: not known and without effect"
+
+
 def test_a_costmap_that_never_marks_is_refused(mapping):
     mapping["plugins"] = [{"name": "static", "type": "costmap_2d::StaticLayer"}]
     with pytest.raises(ParameterError, match="StaticLayer"):
@@ -152,7 +160,7 @@ def test_parameters_of_the_time_before_hydro():
     obstacles, inflation = load(flat).layers
     assert obstacles.sources[0].obstacle_range == 2.0
     assert inflation.inflation_radius == 0.3
-    assert [text.split(":")[0] for text in warnings(flat)] == ["plugins", "map_type", "plugins"]
+    assert [text.split(":")[0] for text in warnings(flat)] == ["plugins"] * 3
 
 
 def test_settings_that_leave_ghosts_are_named(mapping):
