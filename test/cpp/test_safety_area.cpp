@@ -61,7 +61,7 @@ TEST(Merge, FillsTheHalfAngleAsinOfRadiusOverDistance) {  // not the paper's arc
 }
 
 TEST(Merge, NearestOfSeveralCirclesWins) {
-  const auto merged = merge(make_scan(-30, 30, 3), {{5, 0, 3}, {4, 0, 1}, {4, 0, 2.5}});
+  const auto merged = merge(make_scan(-30, 30, 3), {{5, 0, 3}, {4, 0, 2.5}, {4, 0, 1}});
   expect_ranges(merged.ranges, {2 * std::sqrt(3) - 1.5, 1.5, 2 * std::sqrt(3) - 1.5});
 }
 
@@ -278,12 +278,22 @@ TEST(Memory, OtherIdNeverReplacesButOtherSourceMay) {
   Person other = person(10.2, 1.15, 0, 7);
   other.source = "rear_camera";
   memory.update({other});
-  EXPECT_EQ(memory.at(10.2).size(), 2U);
+  const auto held = memory.at(10.2);
+  ASSERT_EQ(held.size(), 2U);
+  EXPECT_EQ(held[0].source, "rear_camera");
+  EXPECT_EQ(held[1].id, 7U);  // the nearer one, 8, was replaced
 }
 
 TEST(Memory, TwoInOneArrayAreTwo) {
   PersonMemory memory;
   memory.update({person(10, 1, 0), person(10, 1.1, 0)});
+  memory.update({person(10.1, 1, 0), person(10.1, 1.1, 0)});
+  EXPECT_EQ(memory.at(10.1).size(), 2U);
+}
+
+TEST(Memory, OnePersonIsReplacedOnce) {
+  PersonMemory memory;
+  memory.update({person(10, 1, 0)});
   memory.update({person(10.1, 1, 0), person(10.1, 1.1, 0)});
   EXPECT_EQ(memory.at(10.1).size(), 2U);
 }
