@@ -25,6 +25,7 @@ def run(quick: bool = False) -> list[dict]:
     """Metrics rows {name, value, unit, bar, holds}; full: ten minutes, quick: twenty seconds."""
     compute_us, overhead_us = compute(300 if quick else 5000)
     load = drive_node(20.0 if quick else 600.0)
+    # wake_p99_ms: how late this machine wakes a sleeping thread; a latency cannot be better.
     print(f"binding and allocation, in merger_compute_us too: {overhead_us:.1f} us", flush=True)
     print(f"node: {json.dumps(load)}", flush=True)
     return [
