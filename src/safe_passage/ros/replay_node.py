@@ -33,6 +33,7 @@ class ReplayParameters:
     range_max: float = 20.0  # [m]
     odom_frame: str = "odom"
     base_frame: str = "base_footprint"
+    robot_frame: str = "base_link"  # the same place: the robot is flat
     camera_frame: str = "camera_rgb_optical_frame"
     laser_frame: str = "laser"
 
@@ -79,6 +80,7 @@ class ReplayNode:
                 conversions.to_transform(
                     conversions.to_header(stamp, p.odom_frame), p.base_frame, np.zeros(3)
                 ),
+                conversions.to_transform(base, p.robot_frame, np.zeros(3)),
                 conversions.to_transform(
                     base, p.laser_frame, np.array([p.lidar_x, 0.0, p.lidar_z])
                 ),
