@@ -1,0 +1,135 @@
+"""Node chain_report: listens to the running human safety chain and says what it does."""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import threading
+from dataclasses import dataclass, field
+
+import numpy as np
+import rospy
+from nav_msgs.msg import OccupancyGrid
+from sensor_msgs.msg import LaserScan
+
+from safe_passage.msg import PersonArray
+
+LETHAL = 100  # occupancy that costmaps publish for an obstacle
+
+
+@dataclass
+class Output:
+    """What one topic has brought."""
+
+    ages: list[float] = field(default_factory=list)  # [s] from stamp to arrival
+    figures: list[float] = field(default_factory=list)  # the topic's own, see FIGURES
+
+
+FIGURES = {
+    "persons": "persons seen",
+    "scan": "beams with a return",
+    "scan_human_aware": "beams shortened by safety areas",
+    "local_costmap/costmap": "lethal cells",
+}
+
+
+class ChainReport:
+    """Collects, shows progress, prints a table."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Condition()
+        self._outputs = {name: Output() for name in FIGURES}
+        self._real: dict[rospy.Time, np.ndarray] = {}
+        rospy.Subscriber("persons", PersonArray, self._on_persons)
+        rospy.Subscriber("scan", LaserScan, self._on_scan)
+        rospy.Subscriber("scan_human_aware", LaserScan, self._on_merged)
+        rospy.Subscriber("local_costmap/costmap", OccupancyGrid, self._on_costmap)
+
+    def wait_for_all(self, timeout: float) -> list[str]:
+        """Wait until every topic has spoken; returns those that have not after `timeout` [s]."""
+        with self._lock:
+            self._lock.wait_for(lambda: not self._silent(), timeout)
+            return self._silent()
+
+    def listen(self, seconds: float) -> str:
+        """Collect for `seconds` with a progress bar; returns the table as Markdown."""
+        with self._lock:
+            for output in self._outputs.values():
+                output.ages.clear()
+                output.figures.clear()
+        steps = 40
+        for step in range(steps + 1):
+            bar = "#" * step + "." * (steps - step)
+            print(f"\r  [{bar}] {step * seconds / steps:4.0f} s", end="", file=sys.stderr, flush=True)
+            if step < steps and threading.Event().wait(seconds / steps):
+                break
+        print(file=sys.stderr)
+        with self._lock:
+            return self._table(seconds)
+
+    def _silent(self) -> list[str]:
+        return [rospy.resolve_name(name) for name, out in self._outputs.items() if not out.ages]
+
+    def _table(self, seconds: float) -> str:
+        lines = ["| topic | Hz | age median / worst [ms] | what | median | most |", "|---|---|---|---|---|---|"]
+        for name, out in self._outputs.items():
+            if not out.ages:
+                lines.append(f"| {name} | silent | | | | |")
+                continue
+            ages = sorted(out.ages)
+            lines.append(
+                f"| {name} | {len(ages) / seconds:.1f} | {1e3 * statistics.median(ages):.1f} / "
+                f"{1e3 * ages[-1]:.1f} | {FIGURES[name]} | {statistics.median(out.figures):.0f} | "
+                f"{max(out.figures):.0f} |"
+            )
+        return "\n".join(lines)
+
+    def _note(self, name: str, stamp: rospy.Time, figure: float) -> None:
+        with self._lock:
+            self._outputs[name].ages.append((rospy.Time.now() - stamp).to_sec())
+            self._outputs[name].figures.append(figure)
+            self._lock.notify_all()
+
+    def _on_persons(self, message: PersonArray) -> None:
+        self._note("persons", message.header.stamp, len(message.persons))
+
+    def _on_scan(self, message: LaserScan) -> None:
+        ranges = np.asarray(message.ranges)
+        with self._lock:
+            self._real[message.header.stamp] = ranges
+            while len(self._real) > 50:
+                self._real.pop(next(iter(self._real)))
+        self._note("scan", message.header.stamp, np.isfinite(ranges).sum())
+
+    def _on_merged(self, message: LaserScan) -> None:
+        with self._lock:
+            real = self._real.get(message.header.stamp)
+        if real is not None:
+            merged = np.asarray(message.ranges)
+            shortened = np.isfinite(merged) & ~(merged == real)
+            self._note("scan_human_aware", message.header.stamp, shortened.sum())
+
+    def _on_costmap(self, message: OccupancyGrid) -> None:
+        lethal = np.count_nonzero(np.asarray(message.data) == LETHAL)
+        self._note("local_costmap/costmap", message.header.stamp, lethal)
+
+
+def main() -> None:
+    """Run the node; exit with 1 when a topic stays silent."""
+    parser = argparse.ArgumentParser(prog="chain_report", description=__doc__)
+    parser.add_argument("--seconds", type=float, default=20.0, help="how long to listen")
+    parser.add_argument("--wait", type=float, default=60.0, help="[s] for every topic to speak")
+    parser.add_argument("--report", help="write the table to this file too")
+    args = parser.parse_args(rospy.myargv()[1:])
+    rospy.init_node("chain_report", anonymous=True)
+    report = ChainReport()
+    silent = report.wait_for_all(args.wait)
+    if silent:
+        print("no message on: " + ", ".join(silent), file=sys.stderr)
+        sys.exit(1)
+    table = report.listen(args.seconds)
+    print(table)
+    if args.report:
+        with open(args.report, "w") as file:
+            file.write(table + "\n")
