@@ -102,8 +102,7 @@ class SafetyAreaMerger {
     resolve_pending();
   }
 
-  // Persons go to the fixed frame by the transform of their own stamp, which is often a little
-  // late.
+  // Persons go to the fixed frame by the transform of their own stamp, which often comes later.
   void resolve_pending() {
     std::lock_guard<std::mutex> lock(mutex_);
     const double now = forget_if_jumped().toSec();
