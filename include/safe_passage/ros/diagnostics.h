@@ -23,7 +23,7 @@ inline const char* to_string(Outcome outcome) {
 
 class NodeDiagnostics {
  public:
-  // `timeout` [s]: an input silent for longer is reported as an error.
+  // `timeout` [s]: an input silent, or without one usable message, for longer is an error.
   explicit NodeDiagnostics(double timeout) : timeout_(timeout), started_(ros::WallTime::now()) {
     updater_.setHardwareID("none");
     updater_.add("inputs", this, &NodeDiagnostics::report_inputs);
@@ -34,7 +34,7 @@ class NodeDiagnostics {
 
   void expect(const std::string& input) {
     std::lock_guard<std::mutex> lock(mutex_);
-    inputs_[input];
+    inputs_[input].expected = true;
   }
 
   void count(const std::string& input, Outcome outcome, const std::string& detail = "") {
@@ -42,7 +42,9 @@ class NodeDiagnostics {
       std::lock_guard<std::mutex> lock(mutex_);
       Input& entry = inputs_[input];
       ++entry.outcomes[outcome];
+      entry.last_outcome = outcome;
       entry.last = ros::WallTime::now();
+      if (outcome == Outcome::kOk) entry.last_ok = entry.last;
     }
     if (outcome != Outcome::kOk)
       ROS_WARN_THROTTLE(5.0, "%s: %s %s", input.c_str(), to_string(outcome), detail.c_str());
@@ -60,9 +62,24 @@ class NodeDiagnostics {
 
  private:
   struct Input {
+    bool expected = false;
     std::map<Outcome, unsigned long> outcomes;
-    ros::WallTime last;
+    Outcome last_outcome = Outcome::kOk;
+    ros::WallTime last, last_ok;
   };
+
+  // What is wrong with an input; empty: nothing. Those nobody expects may be silent.
+  std::string fault_of(const std::string& name, const Input& input,
+                       const ros::WallTime& now) const {
+    const auto long_since = [&](const ros::WallTime& time) {
+      return (now - (time.isZero() ? started_ : time)).toSec() > timeout_;
+    };
+    if (!long_since(input.last_ok)) return "";
+    if (!long_since(input.last) && !input.last.isZero())
+      return name + ": only dropped messages, last reason " + to_string(input.last_outcome);
+    if (!input.expected || !long_since(input.last)) return "";
+    return (input.last.isZero() ? "waiting for " : "silent: ") + name;
+  }
 
   void report_inputs(diagnostic_updater::DiagnosticStatusWrapper& status) {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -70,10 +87,8 @@ class NodeDiagnostics {
     const double period = std::max((now - reported_).toSec(), 1e-3);
     status.summary(diagnostic_msgs::DiagnosticStatus::OK, "all inputs alive");
     for (const auto& [name, input] : inputs_) {
-      const bool never = input.last.isZero();
-      if ((now - (never ? started_ : input.last)).toSec() > timeout_)
-        status.mergeSummary(diagnostic_msgs::DiagnosticStatus::ERROR,
-                            (never ? "waiting for " : "silent: ") + name);
+      const std::string fault = fault_of(name, input, now);
+      if (!fault.empty()) status.mergeSummary(diagnostic_msgs::DiagnosticStatus::ERROR, fault);
       for (const auto& [outcome, count] : input.outcomes)
         status.add(name + " " + to_string(outcome), count);
     }

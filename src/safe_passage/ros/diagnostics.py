@@ -1,4 +1,4 @@
-"""What every Python node reports in /diagnostics; twin of include/safe_passage/ros/diagnostics.h."""
+"""What every Python node reports; twin of include/safe_passage/ros/diagnostics.h."""
 
 from __future__ import annotations
 
@@ -29,14 +29,16 @@ class NodeDiagnostics:
     """Counts messages by outcome; reports rate, latency, silent inputs once a second.
 
     Args:
-        timeout: [s] an input silent for longer is reported as an error.
+        timeout: [s] an input silent, or without one usable message, for longer is an error.
     """
 
     def __init__(self, timeout: float) -> None:
         self._timeout = timeout
         self._lock = threading.Lock()
         self._outcomes: dict[str, Counter[Outcome]] = defaultdict(Counter)
-        self._last: dict[str, float] = {}
+        self._expected: set[str] = set()
+        self._last: dict[str, tuple[float, Outcome]] = {}
+        self._last_ok: dict[str, float] = {}
         self._started = self._reported = time.monotonic()
         self._outputs, self._worst_latency = 0, 0.0
         self._updater = diagnostic_updater.Updater()
@@ -47,15 +49,19 @@ class NodeDiagnostics:
         thread.start()
 
     def expect(self, name: str) -> None:
-        """Report `name` as an input being waited for until its first message."""
+        """Report `name` as an input when it is waited for or silent."""
         with self._lock:
             self._outcomes[name] += Counter()
+            self._expected.add(name)
 
     def count(self, name: str, outcome: Outcome, detail: str = "") -> None:
         """Count one message of input `name`; anything but OK is logged, throttled."""
         with self._lock:
             self._outcomes[name][outcome] += 1
-            self._last[name] = time.monotonic()
+            now = time.monotonic()
+            self._last[name] = now, outcome
+            if outcome is Outcome.OK:
+                self._last_ok[name] = now
         if outcome is not Outcome.OK:
             rospy.logwarn_throttle(5.0, f"{name}: {outcome.value} {detail}")
 
@@ -64,6 +70,18 @@ class NodeDiagnostics:
         with self._lock:
             self._outputs += 1
             self._worst_latency = max(self._worst_latency, seconds)
+
+    def _fault(self, name: str, now: float) -> str:
+        """What is wrong with an input; empty: nothing. Those nobody expects may be silent."""
+        oldest = now - self._timeout
+        if self._last_ok.get(name, self._started) >= oldest:
+            return ""
+        last, outcome = self._last.get(name, (self._started, None))
+        if outcome and last >= oldest:
+            return f"{name}: only dropped messages, last reason {outcome.value}"
+        if name not in self._expected or last >= oldest:
+            return ""
+        return f"silent: {name}" if outcome else f"waiting for: {name}"
 
     def _run(self) -> None:
         stop = threading.Event()
@@ -78,9 +96,9 @@ class NodeDiagnostics:
         status.summary(DiagnosticStatus.OK, "all inputs alive")
         with self._lock:
             for name, outcomes in self._outcomes.items():
-                if now - self._last.get(name, self._started) > self._timeout:
-                    state = "silent" if name in self._last else "waiting for"
-                    status.mergeSummary(DiagnosticStatus.ERROR, f"{state}: {name}")
+                fault = self._fault(name, now)
+                if fault:
+                    status.mergeSummary(DiagnosticStatus.ERROR, fault)
                 for outcome, number in outcomes.items():
                     status.add(f"{name} {outcome.value}", str(number))
             period = max(now - self._reported, 1e-3)
