@@ -6,13 +6,18 @@ import rospy
 
 
 class JumpDetector:
-    """Tells when the ROS clock went back, so that what was remembered has no meaning any more."""
+    """Tells when the ROS clock went back, so that what was remembered has no meaning any more.
+
+    A few milliseconds are no jump: wall clocks are set back by so much.
+    """
+
+    SLEW = rospy.Duration.from_sec(0.1)
 
     def __init__(self) -> None:
         self._last = rospy.Time()
 
     def jumped_back(self, now: rospy.Time) -> bool:
         """Compare `now` with the last call's time."""
-        jumped = now < self._last
+        jumped = now + self.SLEW < self._last
         self._last = now
         return jumped
