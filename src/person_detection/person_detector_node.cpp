@@ -56,7 +56,13 @@ class PersonDetectorNode {
     ROS_INFO("waiting for %s", input.c_str());
   }
 
-  void on_info(const sensor_msgs::CameraInfo& info) { camera_ = to_intrinsics(info); }
+  // Uncalibrated cameras send zeros (as CameraInfo.msg has it): nobody would be found with them.
+  void on_info(const sensor_msgs::CameraInfo& info) {
+    const Intrinsics camera = to_intrinsics(info);
+    const bool calibrated = camera.fx > 0.0 && camera.fy > 0.0;
+    if (calibrated) camera_ = camera;
+    diagnostics_.count(info_sub_.getTopic(), calibrated ? Outcome::kOk : Outcome::kBadFields);
+  }
 
   void on_cloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
     const ros::WallTime arrived = ros::WallTime::now();
@@ -65,7 +71,7 @@ class PersonDetectorNode {
     if (!fault.empty()) return diagnostics_.count(input_, Outcome::kBadFields, fault);
     RgbdFrame frame = to_frame(*cloud);
     try {
-      // Without camera info the cloud itself tells its camera; that does not change from frame to frame.
+      // Without camera info the cloud itself tells its camera, once for all its frames.
       if (!camera_) camera_ = estimate_intrinsics(frame.xyz);
     } catch (const std::runtime_error& error) {
       return diagnostics_.count(input_, Outcome::kEmpty, error.what());
@@ -96,19 +102,33 @@ class PersonDetectorNode {
       tf_.clear();
     }
     const double age = (now - header.stamp).toSec();
-    if (age > parameters_.max_age) diagnostics_.count(input_, Outcome::kStale);
-    else if (age < -parameters_.max_future) diagnostics_.count(input_, Outcome::kFuture);
-    else if (header.frame_id.empty()) diagnostics_.count(input_, Outcome::kBadFields, "no frame_id");
-    else return true;
+    if (age > parameters_.max_age)
+      diagnostics_.count(input_, Outcome::kStale);
+    else if (age < -parameters_.max_future)
+      diagnostics_.count(input_, Outcome::kFuture);
+    else if (header.frame_id.empty())
+      diagnostics_.count(input_, Outcome::kBadFields, "no frame_id");
+    else
+      return true;
     return false;
+  }
+
+  // By wall time: tf2_ros' own timeout does not end while a simulated clock stands still.
+  void wait_for_transform(const std_msgs::Header& header) const {
+    const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(parameters_.tf_timeout);
+    while (!tf_.canTransform(header.frame_id, parameters_.ground_frame, header.stamp) &&
+           ros::WallTime::now() < end && ros::ok())
+      ros::WallDuration(0.002).sleep();
   }
 
   std::optional<GroundPlane> ground_seed(const std_msgs::Header& header) {
     if (parameters_.ground_seed) return parameters_.ground_seed;
+    wait_for_transform(header);
     try {
-      return to_ground_plane(tf_.lookupTransform(header.frame_id, parameters_.ground_frame,
-                                                 header.stamp, ros::Duration(parameters_.tf_timeout))
-                                 .transform);
+      const auto T =
+          tf_.lookupTransform(header.frame_id, parameters_.ground_frame, header.stamp).transform;
+      diagnostics_.count("tf", Outcome::kOk);
+      return to_ground_plane(T);
     } catch (const tf2::TransformException& error) {
       diagnostics_.count("tf", Outcome::kNoTf, error.what());
       return std::nullopt;  // the tracked ground serves on; without one nothing is published
@@ -116,14 +136,17 @@ class PersonDetectorNode {
   }
 
   void process(const RgbdFrame& frame, const std_msgs::Header& header, ros::WallTime arrived) {
+    // Another camera's ground is not this one's.
+    if (header.frame_id != frame_id_) detector_.reset();
+    frame_id_ = header.frame_id;
     const DetectionResult result = detector_.detect(frame, ground_seed(header));
     ground_state_ = result.ground.state;
     if (result.voxels == 0) return diagnostics_.count(input_, Outcome::kEmpty, "no finite point");
-    if (ground_state_ == GroundState::kUnknown) {
-      ROS_WARN_THROTTLE(5.0, "no ground known: waiting for tf from %s to %s, or set ground_seed",
-                        header.frame_id.c_str(), parameters_.ground_frame.c_str());
-      return;  // silence: an empty array would say that nobody is there
-    }
+    // Silence: an empty array would say that nobody is there.
+    if (ground_state_ == GroundState::kUnknown)
+      return diagnostics_.count(input_, Outcome::kNoTf,
+                                "no ground known: waiting for tf from " + header.frame_id + " to " +
+                                    parameters_.ground_frame + ", or set ground_seed");
     persons_pub_.publish(to_message(result, parameters_.detector.method, header));
     diagnostics_.count(input_, Outcome::kOk);
     diagnostics_.latency((ros::WallTime::now() - arrived).toSec());
@@ -135,7 +158,8 @@ class PersonDetectorNode {
 
   void report_ground(diagnostic_updater::DiagnosticStatusWrapper& status) {
     static const char* const kNames[] = {"tracked", "not seen, last estimate in use", "unknown"};
-    status.summary(static_cast<unsigned char>(ground_state_), kNames[static_cast<int>(ground_state_)]);
+    status.summary(static_cast<unsigned char>(ground_state_),
+                   kNames[static_cast<int>(ground_state_)]);
   }
 
   ros::NodeHandle node_, private_node_;
@@ -145,15 +169,16 @@ class PersonDetectorNode {
   JumpDetector jump_;
   tf2_ros::Buffer tf_;
   tf2_ros::TransformListener tf_listener_;
-  std::string input_;
+  std::string input_, frame_id_;
   std::optional<Intrinsics> camera_;
   GroundState ground_state_ = GroundState::kUnknown;
   ros::Publisher persons_pub_, markers_pub_, debug_pub_;
   ros::Subscriber cloud_sub_, info_sub_;
   message_filters::Subscriber<sensor_msgs::Image> rgb_sub_, depth_sub_;
   message_filters::Subscriber<sensor_msgs::CameraInfo> info_filter_;
-  using Policy = message_filters::sync_policies::ApproximateTime<sensor_msgs::Image, sensor_msgs::Image,
-                                                                 sensor_msgs::CameraInfo>;
+  using Policy =
+      message_filters::sync_policies::ApproximateTime<sensor_msgs::Image, sensor_msgs::Image,
+                                                      sensor_msgs::CameraInfo>;
   message_filters::Synchronizer<Policy> sync_{Policy(5)};
 };
 
@@ -161,10 +186,11 @@ class PersonDetectorNode {
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "person_detector");
+  const ros::NodeHandle keeps_ros_up;  // when the last handle goes, errors are logged no more
   try {
     safe_passage::person_detection::PersonDetectorNode node;
     ros::spin();
-  } catch (const std::runtime_error& error) {
+  } catch (const std::exception& error) {
     ROS_FATAL("%s", error.what());
     return 1;
   }
