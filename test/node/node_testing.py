@@ -1,0 +1,83 @@
+"""What the node tests share: transforms, diagnostics, and waiting for them."""
+
+import subprocess
+import threading
+import time
+
+import roslib.packages
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+
+TIMEOUT = 20.0  # s of wall time, for anything awaited
+UPRIGHT = Quaternion(0, 0, 0, 1)
+OPTICAL = Quaternion(-0.5, 0.5, -0.5, 0.5)  # z ahead, x to the right
+
+
+def transform(parent, child, stamp, x=0.0, z=0.0, rotation=UPRIGHT):
+    """Pose of `child` in `parent`."""
+    message = TransformStamped(child_frame_id=child)
+    message.header.frame_id, message.header.stamp = parent, stamp
+    message.transform.translation = Vector3(x, 0, z)
+    message.transform.rotation = rotation
+    return message
+
+
+class Diagnostics:
+    """What one node says in /diagnostics; `news` is notified when it says it."""
+
+    def __init__(self, node, news=None):
+        self._prefix = node.strip("/") + ": "
+        self._news = news or threading.Condition()
+        self._statuses = {}
+        rospy.Subscriber("/diagnostics", DiagnosticArray, self._receive)
+
+    def _receive(self, message):
+        with self._news:
+            for status in message.status:
+                name = status.name.lstrip("/")
+                if name.startswith(self._prefix):
+                    self._statuses[name[len(self._prefix) :]] = status
+            self._news.notify_all()
+
+    def level(self, task="inputs"):
+        """0 OK, 1 warning, 2 error; -1 before the first report."""
+        return self._statuses[task].level if task in self._statuses else -1
+
+    def message(self, task="inputs"):
+        """The report's summary."""
+        return self._statuses[task].message if task in self._statuses else ""
+
+    def count(self, key, task="inputs"):
+        """The number reported under `key`, 0 where there is none."""
+        values = self._statuses[task].values if task in self._statuses else []
+        return int({pair.key: pair.value for pair in values}.get(key, 0))
+
+    def __str__(self):
+        return "; ".join(
+            f"{task}: {status.message} { {v.key: v.value for v in status.values} }"
+            for task, status in self._statuses.items()
+        )
+
+
+def wait_until(news, reached, what, step=None):
+    """Wait for `reached`; `step` is called meanwhile, some times a second."""
+    end = time.monotonic() + TIMEOUT
+    while True:
+        with news:
+            if news.wait_for(reached, 0.2 if step else TIMEOUT):
+                return
+        if time.monotonic() > end:
+            raise AssertionError(f"waited in vain for {what() if callable(what) else what}")
+        if step:
+            step()
+
+
+def output_of_refusal(program, *arguments):
+    """What a node of this package prints before it exits with 1."""
+    (path,) = roslib.packages.find_node("safe_passage", program)
+    done = subprocess.run([path, *arguments], capture_output=True, text=True, timeout=TIMEOUT)
+    output = done.stdout + done.stderr
+    if done.returncode != 1:
+        raise AssertionError(f"{program} exited with {done.returncode}, not 1:\n{output}")
+    return output
