@@ -7,7 +7,6 @@ import time
 from typing import Callable
 
 import numpy as np
-
 from safe_passage.costmap import (
     CostmapParameters,
     CostmapUpdate,

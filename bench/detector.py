@@ -9,14 +9,14 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-
-from bench.metric import metric
 from safe_passage import _person_detection as detection
 from safe_passage.evaluation.detection_metrics import DetectionCounts
 from safe_passage.evaluation.user_masks import judge, persons_in
 from safe_passage.human_safety.models import default_folder
 from safe_passage.replay.sources import FileSource
 from safe_passage.simulation.analytic_scene import AnalyticScene
+
+from bench.metric import metric
 
 DATA = Path(os.environ.get("SAFE_PASSAGE_DATA", "../shared/data")) / "rgbd_people"
 FIVE_PEOPLE_GROUND = detection.GroundPlane(np.array([0.0103586, -0.997011, -0.0765573]), 1.26614)
@@ -142,9 +142,16 @@ def _pcl_ms(runs: int) -> float | None:
     if not DATA.exists():
         return None
     svm = DATA / "trainedLinearSVMForPeopleDetectionWithHOG.yaml"
-    command = ["rosrun", "safe_passage", "pcl_people_bench", DATA / "five_people.pcd", svm, str(runs + 2)]
+    command = [
+        "rosrun",
+        "safe_passage",
+        "pcl_people_bench",
+        DATA / "five_people.pcd",
+        svm,
+        str(runs + 2),
+    ]
     output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     times, confidences = output.split("ms", 1)[1].split(" confidences")
     accepted = [float(c) for c in confidences.split() if float(c) > -1.5]
-    print(f"PCL's GroundBasedPeopleDetectionApp: {len(accepted)} of {len(confidences.split())} accepted")
+    print(f"PCL's own detector: {len(accepted)} of {len(confidences.split())} candidates accepted")
     return statistics.median(float(t) for t in times.split()[2:])

@@ -1,4 +1,4 @@
-"""Counts catkin's junit files; fails when a test failed, none ran, or one was skipped for a tool."""
+"""Counts catkin's junit files; fails on failures, on no test, on a wrongly skipped one."""
 
 import sys
 import xml.etree.ElementTree as ElementTree

@@ -1,5 +1,6 @@
-// PCL's own people detector on one cloud, for the side-by-side run: pcl_people_bench CLOUD.pcd SVM.yaml RUNS
-// Prints one line: the times of all runs [ms], then the confidences of the candidates.
+// PCL's own people detector on one cloud, for the side-by-side run: pcl_people_bench CLOUD.pcd
+// SVM.yaml RUNS Prints one line: the times of all runs [ms], then the confidences of the
+// candidates.
 #include <pcl/io/pcd_io.h>
 #include <pcl/people/ground_based_people_detection_app.h>
 #include <pcl/point_types.h>
@@ -20,7 +21,8 @@ int main(int argc, char** argv) {
   Eigen::Matrix3f intrinsics;
   intrinsics << 525.0F, 0.0F, 319.5F, 0.0F, 525.0F, 239.5F, 0.0F, 0.0F, 1.0F;
   Eigen::VectorXf ground(4);
-  ground << -0.0103586F, 0.997011F, 0.0765573F, -1.26614F;  // of five_people.pcd, as PCL's test has it
+  ground << -0.0103586F, 0.997011F, 0.0765573F,
+      -1.26614F;  // of five_people.pcd, as PCL's test has it
 
   std::vector<pcl::people::PersonCluster<Point>> clusters;
   std::cout << "ms";

@@ -19,7 +19,8 @@ using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
 template <typename T>
 cv::Mat to_mat(const Array<T>& array, int type) {
   const int channels = CV_MAT_CN(type);
-  const bool fits = channels == 1 ? array.ndim() == 2 : array.ndim() == 3 && array.shape(2) == channels;
+  const bool fits =
+      channels == 1 ? array.ndim() == 2 : array.ndim() == 3 && array.shape(2) == channels;
   if (!fits) throw std::invalid_argument("image array has the wrong shape");
   return cv::Mat(static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)), type,
                  const_cast<T*>(array.data()))
@@ -58,7 +59,8 @@ PYBIND11_MODULE(_person_detection, m) {
            }),
            py::arg("xyz"), py::arg("bgr"), py::arg("camera"))
       .def_property_readonly("xyz", [](const RgbdFrame& f) { return to_array<float>(f.xyz); })
-      .def_property_readonly("bgr", [](const RgbdFrame& f) { return to_array<std::uint8_t>(f.bgr); })
+      .def_property_readonly("bgr",
+                             [](const RgbdFrame& f) { return to_array<std::uint8_t>(f.bgr); })
       .def_readonly("camera", &RgbdFrame::camera);
 
   py::class_<GroundPlane>(m, "GroundPlane", "Height over the ground = normal . p + offset.")
@@ -96,12 +98,15 @@ PYBIND11_MODULE(_person_detection, m) {
       .def_readonly("voxels", &DetectionResult::voxels)
       .def_readonly("ground", &DetectionResult::ground)
       .def_property_readonly("points", [](const DetectionResult& r) { return to_array(r.points); })
-      .def("camera_points", [](const DetectionResult& r, const Candidate& candidate) {
-        const GroundFrame frame(r.ground.plane);
-        Points points;
-        for (const int i : candidate.points) points.push_back(frame.to_camera(r.points.at(i)));
-        return to_array(points);
-      }, py::arg("candidate"), "The candidate's points (N, 3) in the camera's frame.")
+      .def(
+          "camera_points",
+          [](const DetectionResult& r, const Candidate& candidate) {
+            const GroundFrame frame(r.ground.plane);
+            Points points;
+            for (const int i : candidate.points) points.push_back(frame.to_camera(r.points.at(i)));
+            return to_array(points);
+          },
+          py::arg("candidate"), "The candidate's points (N, 3) in the camera's frame.")
       .def_readonly("clusters", &DetectionResult::clusters)
       .def_readonly("detections", &DetectionResult::detections)
       .def_property_readonly("times_ms", [](const DetectionResult& r) {
@@ -173,23 +178,36 @@ PYBIND11_MODULE(_person_detection, m) {
 
   py::class_<YoloConfidence>(m, "YoloConfidence")
       .def(py::init<const YoloParameters&>(), py::arg("parameters"))
-      .def("detect", [](YoloConfidence& self, const Array<std::uint8_t>& bgr) {
-        py::list rows;
-        for (const Box& b : self.detect(to_mat(bgr, CV_8UC3)))
-          rows.append(py::make_tuple(b.rect.x, b.rect.y, b.rect.width, b.rect.height, b.probability));
-        return rows;
-      }, py::arg("bgr"), "(x, y, width, height, probability) [px] of every person seen.");
+      .def(
+          "detect",
+          [](YoloConfidence& self, const Array<std::uint8_t>& bgr) {
+            py::list rows;
+            for (const Box& b : self.detect(to_mat(bgr, CV_8UC3)))
+              rows.append(
+                  py::make_tuple(b.rect.x, b.rect.y, b.rect.width, b.rect.height, b.probability));
+            return rows;
+          },
+          py::arg("bgr"), "(x, y, width, height, probability) [px] of every person seen.");
 
   m.def("load_pcd", &load_pcd, py::arg("path"));
-  m.def("from_depth", [](const Array<float>& depth, const Array<std::uint8_t>& bgr,
-                         const Intrinsics& camera) {
-    return from_depth(to_mat(depth, CV_32FC1), to_mat(bgr, CV_8UC3), camera);
-  }, py::arg("depth"), py::arg("bgr"), py::arg("camera"), "Depth in metres, NaN or 0 = none.");
-  m.def("draw_debug", [](const Array<std::uint8_t>& bgr, const DetectionResult& result) {
-    return to_array<std::uint8_t>(draw_debug(to_mat(bgr, CV_8UC3), result));
-  }, py::arg("bgr"), py::arg("result"));
-  m.def("find_ground", [](const RgbdFrame& frame, const Eigen::Vector3f& up, double max_tilt) {
-    return find_ground(VoxelGrid(VoxelParameters{}).filter(frame.xyz, frame.depth_focal()), up, max_tilt);
-  }, py::arg("frame"), py::arg("up") = Eigen::Vector3f(0.0F, -1.0F, 0.0F), py::arg("max_tilt") = 0.5,
-        "The lowest large plane under the camera, or None.");
+  m.def(
+      "from_depth",
+      [](const Array<float>& depth, const Array<std::uint8_t>& bgr, const Intrinsics& camera) {
+        return from_depth(to_mat(depth, CV_32FC1), to_mat(bgr, CV_8UC3), camera);
+      },
+      py::arg("depth"), py::arg("bgr"), py::arg("camera"), "Depth in metres, NaN or 0 = none.");
+  m.def(
+      "draw_debug",
+      [](const Array<std::uint8_t>& bgr, const DetectionResult& result) {
+        return to_array<std::uint8_t>(draw_debug(to_mat(bgr, CV_8UC3), result));
+      },
+      py::arg("bgr"), py::arg("result"));
+  m.def(
+      "find_ground",
+      [](const RgbdFrame& frame, const Eigen::Vector3f& up, double max_tilt) {
+        return find_ground(VoxelGrid(VoxelParameters{}).filter(frame.xyz, frame.depth_focal()), up,
+                           max_tilt);
+      },
+      py::arg("frame"), py::arg("up") = Eigen::Vector3f(0.0F, -1.0F, 0.0F),
+      py::arg("max_tilt") = 0.5, "The lowest large plane under the camera, or None.");
 }

@@ -62,14 +62,16 @@ void bind_scans(py::module_& m) {
       .value("EMPTY", ScanFault::kEmpty)
       .value("BAD_GEOMETRY", ScanFault::kBadGeometry)
       .value("BEAM_COUNT", ScanFault::kBeamCount);
-  py::class_<Scan>(m, "Scan").def(
-      py::init([](const Floats& ranges, double angle_min, double angle_max, double angle_increment,
-                  double range_min, double range_max, const Floats& intensities) {
-        return Scan{angle_min, angle_max,         angle_increment,       range_min,
-                    range_max, to_vector(ranges), to_vector(intensities)};
-      }),
-      py::arg("ranges"), py::arg("angle_min"), py::arg("angle_max"), py::arg("angle_increment"),
-      py::arg("range_min"), py::arg("range_max"), py::arg("intensities") = Floats(0))
+  py::class_<Scan>(m, "Scan")
+      .def(py::init([](const Floats& ranges, double angle_min, double angle_max,
+                       double angle_increment, double range_min, double range_max,
+                       const Floats& intensities) {
+             return Scan{angle_min, angle_max,         angle_increment,       range_min,
+                         range_max, to_vector(ranges), to_vector(intensities)};
+           }),
+           py::arg("ranges"), py::arg("angle_min"), py::arg("angle_max"),
+           py::arg("angle_increment"), py::arg("range_min"), py::arg("range_max"),
+           py::arg("intensities") = Floats(0))
       .def_property_readonly("ranges", floats(&Scan::ranges))
       .def_property_readonly("intensities", floats(&Scan::intensities))
       .def_readonly("angle_min", &Scan::angle_min)

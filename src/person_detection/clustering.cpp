@@ -30,7 +30,8 @@ class CubeIndex {
     Eigen::AlignedBox3f box;
     for (const auto& p : points) box.extend(p);
     const Eigen::Vector3f origin = box.min() - Eigen::Vector3f::Constant(edge);
-    size_ = ((box.sizes() / edge).array().floor().cast<int>() + 3).matrix();  // a rim of empty cubes
+    size_ =
+        ((box.sizes() / edge).array().floor().cast<int>() + 3).matrix();  // a rim of empty cubes
     first_.assign(static_cast<std::size_t>(size_.x()) * size_.y() * size_.z(), -1);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector3i c = ((points[i] - origin) / edge).cast<int>();

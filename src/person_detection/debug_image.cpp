@@ -8,11 +8,13 @@ namespace safe_passage::person_detection {
 cv::Mat draw_debug(const cv::Mat& bgr, const DetectionResult& result) {
   cv::Mat image = bgr.clone();
   for (const Detection& detection : result.detections) {
-    const cv::Scalar colour = detection.accepted ? cv::Scalar(0, 220, 0) : cv::Scalar(160, 160, 160);
+    const cv::Scalar colour =
+        detection.accepted ? cv::Scalar(0, 220, 0) : cv::Scalar(160, 160, 160);
     const cv::Rect& roi = detection.candidate.roi;
     cv::rectangle(image, roi, colour, detection.accepted ? 2 : 1);
     char label[48];
-    const int end = std::snprintf(label, sizeof label, "%.1f", static_cast<double>(detection.confidence));
+    const int end =
+        std::snprintf(label, sizeof label, "%.1f", static_cast<double>(detection.confidence));
     if (detection.accepted)
       std::snprintf(label + end, sizeof label - end, "  %.2f m",
                     static_cast<double>(detection.candidate.head.z()));

@@ -22,8 +22,7 @@ class StopWatch {
 };
 
 std::unique_ptr<PersonConfidence> make_confidence(const DetectorParameters& parameters) {
-  if (parameters.method == Method::kYolo)
-    return std::make_unique<YoloConfidence>(parameters.yolo);
+  if (parameters.method == Method::kYolo) return std::make_unique<YoloConfidence>(parameters.yolo);
   return std::make_unique<HogConfidence>(parameters.hog);
 }
 
@@ -80,8 +79,7 @@ void project_rois(std::vector<Candidate>& candidates, const Points& points,
       right = std::max(right, u);
     }
     middle /= static_cast<float>(candidate.points.size());
-    const Eigen::Vector3f top =
-        frame.to_camera({middle.x(), middle.y(), candidate.head.z()});
+    const Eigen::Vector3f top = frame.to_camera({middle.x(), middle.y(), candidate.head.z()});
     const Eigen::Vector3f feet = frame.to_camera({middle.x(), middle.y(), 0.0F});
     if (top.z() < kNearest || feet.z() < kNearest || left > right) continue;  // no ROI: no score
     const double upper = camera.project(top).y, lower = camera.project(feet).y;

@@ -4,15 +4,32 @@
 #include <pcl/point_types.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
 namespace safe_passage::person_detection {
 
+namespace {
+
+// Read first: PCL 1.13 crashes on a file without a header and on one without the fields it wants.
+bool has_fields(const pcl::PCLPointCloud2& cloud) {
+  const auto has = [&cloud](const char* name) {
+    return std::any_of(cloud.fields.begin(), cloud.fields.end(),
+                       [name](const auto& field) { return field.name == name; });
+  };
+  return has("x") && has("y") && has("z") && (has("rgb") || has("rgba"));
+}
+
+}  // namespace
+
 RgbdFrame load_pcd(const std::string& path) {
+  pcl::PCDReader reader;
+  pcl::PCLPointCloud2 header;
   pcl::PointCloud<pcl::PointXYZRGB> cloud;
-  if (pcl::io::loadPCDFile(path, cloud) != 0 || cloud.empty())
+  if (reader.readHeader(path, header) != 0 || !has_fields(header) ||
+      reader.read(path, cloud) != 0 || cloud.empty())
     throw std::runtime_error(path + ": no readable XYZRGB point cloud");
   if (!cloud.isOrganized()) throw std::runtime_error(path + ": the cloud is not organised");
   RgbdFrame frame;

@@ -75,7 +75,8 @@ std::optional<GroundPlane> ransac(const Points& points, const Eigen::Vector3f& u
 }  // namespace
 
 GroundFrame::GroundFrame(const GroundPlane& plane) : offset(plane.offset) {
-  // x forward: the optical axis laid on the ground (or image-up where the camera looks straight down).
+  // x forward: the optical axis laid on the ground (or image-up where the camera looks straight
+  // down).
   const Eigen::Vector3f z = plane.normal;
   Eigen::Vector3f forward = Eigen::Vector3f::UnitZ();
   if (std::abs(z.dot(forward)) > 0.99F) forward = -Eigen::Vector3f::UnitY();
@@ -128,11 +129,11 @@ std::optional<GroundPlane> find_ground(const Points& voxels, const Eigen::Vector
   const auto distance = static_cast<float>(parameters.inlier_distance);
   Points rest = voxels;
   std::optional<GroundPlane> lowest;
-  for (int attempt = 0; attempt < 4; ++attempt) {  // floor, tables, ceiling: the lowest one is meant
-    const auto plane =
-        ransac(rest, up, 10 * parameters.iterations, distance, random, [&](const GroundPlane& p) {
-          return p.offset > 0.1F && tilt(p.normal, up) <= max_tilt;
-        });
+  for (int attempt = 0; attempt < 4;
+       ++attempt) {  // floor, tables, ceiling: the lowest one is meant
+    const auto plane = ransac(
+        rest, up, 10 * parameters.iterations, distance, random,
+        [&](const GroundPlane& p) { return p.offset > 0.1F && tilt(p.normal, up) <= max_tilt; });
     if (!plane) break;
     const Points inliers = near_plane(rest, *plane, distance);
     if (static_cast<int>(inliers.size()) < parameters.min_inliers) break;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kWindowWidth = 64, kWindowHeight = 128;  // [px] of the trained window
 constexpr int kPersonHeight = 96;                      // [px] of the person in it
-constexpr int kStep = 8;  // [px] HOG's cell: a shift that reuses cells
+constexpr int kStep = 8;                               // [px] HOG's cell: a shift that reuses cells
 constexpr float kHopeless = -2.0F, kClear = 0.7F;  // margins that another size will not overturn
 
 }  // namespace

@@ -93,7 +93,8 @@ visualization_msgs::Marker cluster_marker(const DetectionResult& result, const G
 std::string fault_of(const sensor_msgs::PointCloud2& cloud) {
   for (const char* name : {"x", "y", "z"}) {
     const PointField* field = find_field(cloud, name);
-    if (!field || field->datatype != PointField::FLOAT32) return std::string("no float field ") + name;
+    if (!field || field->datatype != PointField::FLOAT32)
+      return std::string("no float field ") + name;
     if (field->offset + 4 > cloud.point_step) return "a field lies outside the point";
   }
   const PointField* colour = find_colour(cloud);
@@ -139,7 +140,8 @@ GroundPlane to_ground_plane(const geometry_msgs::Transform& T_camera_ground) {
   return {up.cast<float>(), static_cast<float>(-up.dot(Eigen::Vector3d(t.x, t.y, t.z)))};
 }
 
-PersonArray to_message(const DetectionResult& result, Method method, const std_msgs::Header& header) {
+PersonArray to_message(const DetectionResult& result, Method method,
+                       const std_msgs::Header& header) {
   PersonArray array;
   array.header = header;
   const GroundFrame frame(result.ground.plane);
@@ -159,8 +161,10 @@ PersonArray to_message(const DetectionResult& result, Method method, const std_m
     person.method = method == Method::kYolo ? Person::METHOD_YOLO : Person::METHOD_HOG;
     person.roi.x_offset = static_cast<std::uint32_t>(std::max(0, candidate.roi.x));
     person.roi.y_offset = static_cast<std::uint32_t>(std::max(0, candidate.roi.y));
-    person.roi.width = static_cast<std::uint32_t>(std::max(0, candidate.roi.br().x)) - person.roi.x_offset;
-    person.roi.height = static_cast<std::uint32_t>(std::max(0, candidate.roi.br().y)) - person.roi.y_offset;
+    person.roi.width =
+        static_cast<std::uint32_t>(std::max(0, candidate.roi.br().x)) - person.roi.x_offset;
+    person.roi.height =
+        static_cast<std::uint32_t>(std::max(0, candidate.roi.br().y)) - person.roi.y_offset;
     array.persons.push_back(person);
   }
   return array;

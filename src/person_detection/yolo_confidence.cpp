@@ -34,7 +34,8 @@ Value choose(const std::map<std::string, Value>& choices, const std::string& nam
   if (found != choices.end()) return found->second;
   std::string known;
   for (const auto& choice : choices) known += " " + choice.first;
-  throw std::runtime_error("parameter yolo/" + parameter + " is '" + name + "', known are:" + known);
+  throw std::runtime_error("parameter yolo/" + parameter + " is '" + name +
+                           "', known are:" + known);
 }
 
 bool ends_with(const std::string& text, const std::string& end) {
@@ -52,8 +53,7 @@ cv::dnn::Net load(const YoloParameters& parameters) {
   try {
     if (!ends_with(parameters.model, ".weights")) return cv::dnn::readNetFromONNX(parameters.model);
     std::string config = parameters.config;
-    if (config.empty())
-      config = parameters.model.substr(0, parameters.model.rfind('.')) + ".cfg";
+    if (config.empty()) config = parameters.model.substr(0, parameters.model.rfind('.')) + ".cfg";
     require_file(config, "config");
     return cv::dnn::readNetFromDarknet(config, parameters.model);
   } catch (const cv::Exception& error) {
@@ -112,12 +112,14 @@ YoloConfidence::YoloConfidence(const YoloParameters& parameters)
     : parameters_(parameters), net_(load(parameters)) {
   if (parameters.input_width % 32 || parameters.input_height % 32 || parameters.input_width < 32 ||
       parameters.input_height < 32)
-    throw std::runtime_error("parameters yolo/input_width and input_height must be multiples of 32");
+    throw std::runtime_error(
+        "parameters yolo/input_width and input_height must be multiples of 32");
   net_.setPreferableBackend(choose(kBackends, parameters.backend, "backend"));
   net_.setPreferableTarget(choose(kTargets, parameters.target, "target"));
   outputs_ = net_.getUnconnectedOutLayersNames();
   // One run now: a model that does not fit must fail at the start, and the first frame be fast.
-  const cv::Mat grey(parameters.input_height, parameters.input_width, CV_8UC3, cv::Scalar::all(128));
+  const cv::Mat grey(parameters.input_height, parameters.input_width, CV_8UC3,
+                     cv::Scalar::all(128));
   try {
     net_.setInput(to_blob(grey, parameters_));
     std::vector<cv::Mat> outputs;

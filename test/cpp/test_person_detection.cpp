@@ -70,9 +70,15 @@ TEST(VoxelGrid, SeparatesVoxelsOnBothSidesOfZero) {
 }
 
 TEST(VoxelGrid, LeavesOutWhatIsNoPoint) {
-  EXPECT_TRUE(filter({{kNan, 0.0F, 1.0F}, {0.0F, kNan, 1.0F}, {0.0F, 0.0F, kNan},
-                      {kInf, 0.0F, 1.0F}, {0.0F, 0.0F, kInf}, {0.0F, 0.0F, 0.0F},
-                      {0.0F, 0.0F, -1.0F}, {1e30F, 0.0F, 1.0F}, {0.0F, 0.0F, 11.0F}})
+  EXPECT_TRUE(filter({{kNan, 0.0F, 1.0F},
+                      {0.0F, kNan, 1.0F},
+                      {0.0F, 0.0F, kNan},
+                      {kInf, 0.0F, 1.0F},
+                      {0.0F, 0.0F, kInf},
+                      {0.0F, 0.0F, 0.0F},
+                      {0.0F, 0.0F, -1.0F},
+                      {1e30F, 0.0F, 1.0F},
+                      {0.0F, 0.0F, 11.0F}})
                   .empty());
 }
 
@@ -154,8 +160,8 @@ TEST(Ground, IsUnknownWithoutSeed) {
 
 TEST(Ground, IsTheLowestLargePlaneWhenSearchedFor) {
   Points scene = floor_points(1500, 1.5F);
-  for (const auto& p : floor_points(4000, 0.75F, 2)) scene.push_back(p);    // a large table
-  for (const auto& p : floor_points(4000, -1.2F, 3)) scene.push_back(p);    // the ceiling
+  for (const auto& p : floor_points(4000, 0.75F, 2)) scene.push_back(p);  // a large table
+  for (const auto& p : floor_points(4000, -1.2F, 3)) scene.push_back(p);  // the ceiling
   const auto plane = find_ground(scene, {0.0F, -1.0F, 0.0F}, 0.5);
   ASSERT_TRUE(plane);
   EXPECT_NEAR(plane->offset, 1.5F, 0.02F);
@@ -247,9 +253,9 @@ TEST(Heads, AWallIsLessLikeAHeadThanAPerson) {
 
 TEST(Heads, TooLowTooHighTooFlatAreNone) {
   Points points;
-  add_cylinder(points, 2.0F, 0.0F, 0.2F, 0.12F, 1.1F);    // a bin
-  add_cylinder(points, 3.0F, 1.5F, 0.2F, 0.12F, 2.28F);   // a post
-  add_cylinder(points, 3.0F, -1.5F, 0.3F, 1.4F, 1.7F);    // a lamp
+  add_cylinder(points, 2.0F, 0.0F, 0.2F, 0.12F, 1.1F);   // a bin
+  add_cylinder(points, 3.0F, 1.5F, 0.2F, 0.12F, 2.28F);  // a post
+  add_cylinder(points, 3.0F, -1.5F, 0.3F, 1.4F, 1.7F);   // a lamp
   EXPECT_TRUE(candidates_of(points).empty());
 }
 

@@ -7,20 +7,20 @@
 namespace safe_passage::person_detection {
 
 struct ClusterParameters {
-  double tolerance = 0.12;   // [m] points nearer than this belong together
-  int min_points = 30;       // voxels
+  double tolerance = 0.12;         // [m] points nearer than this belong together
+  int min_points = 30;             // voxels
   double min_above_ground = 0.10;  // [m] lower points are ground
   double max_above_ground = 2.30;  // [m] higher points are racks, lamps, ceiling
 };
 
 struct HeadParameters {
-  double min_height = 1.30;    // [m] of a person
-  double max_height = 2.20;    // [m]
-  double head_distance = 0.30; // [m] between two heads: the higher one wins
-  double body_radius = 0.45;   // [m] points this near to a head's vertical are its body
-  double min_extent = 0.50;    // [m] visible part, top to bottom
-  int min_points = 30;         // voxels
-  int max_candidates = 20;     // those most like a head are kept
+  double min_height = 1.30;     // [m] of a person
+  double max_height = 2.10;     // [m]
+  double head_distance = 0.30;  // [m] between two heads: the higher one wins
+  double body_radius = 0.45;    // [m] points this near to a head's vertical are its body
+  double min_extent = 0.50;     // [m] visible part, top to bottom
+  int min_points = 30;          // voxels
+  int max_candidates = 20;      // those most like a head are kept
 };
 
 // Points between the ground and max_above_ground, in the ground frame.

@@ -20,9 +20,9 @@ class PersonConfidence {
 };
 
 struct HogParameters {
-  double threshold = -0.1;  // SVM margin; a little under the boundary: rather a person too many
+  double threshold = -0.3;  // SVM margin; under the boundary: rather a person too many
   // The ROI comes from depth, the window from pictures: the best margin of a few windows counts.
-  int shifts = 2;                               // steps of 8 px of the window each way
+  int shifts = 1;                               // steps of 8 px of the window each way
   std::vector<double> sizes = {1.0, 0.9, 1.1};  // of the person, in shares of the ROI's height
 };
 
@@ -43,8 +43,9 @@ struct YoloParameters {
   double threshold = 0.25;  // probability from which a candidate is a person
   std::string model;        // path of .weights (Darknet) or .onnx
   std::string config;       // path of the .cfg (Darknet only); empty: the model's with .cfg
-  std::string family = "auto";  // auto, darknet, yolov5 (to v7), yolov8 (and later), yolov8_heads, nanodet
-  int input_width = 256;    // [px] multiples of 32
+  std::string family =
+      "auto";  // auto, darknet, yolov5 (to v7), yolov8 (and later), yolov8_heads, nanodet
+  int input_width = 256;  // [px] multiples of 32
   int input_height = 192;
   int person_class = 0;             // 0 in COCO
   std::string backend = "default";  // default, opencv, cuda
@@ -71,15 +72,16 @@ class YoloConfidence : public PersonConfidence {
   std::vector<std::string> outputs_;
 };
 
-// One score a ROI: the probability of the box it overlaps most, 0 without one. A box serves one ROI.
+// One score a ROI: the probability of the box it overlaps most, 0 without one. A box serves one
+// ROI.
 std::vector<float> match_boxes(const std::vector<cv::Rect2f>& rois, const std::vector<Box>& boxes);
 
 // Decoders of a network's raw output to boxes in network pixels, one a family. They throw
 // std::runtime_error when the output has not the family's shape.
 struct OutputLayout {
-  cv::Size input;      // [px] of the network
+  cv::Size input;  // [px] of the network
   int person_class;
-  double threshold;    // boxes below it are left out
+  double threshold;  // boxes below it are left out
 };
 // Rows [cx cy w h objectness p0 p1 ...], in shares of the input.
 std::vector<Box> decode_darknet(const std::vector<cv::Mat>& outputs, const OutputLayout& layout);

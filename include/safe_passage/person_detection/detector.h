@@ -26,7 +26,7 @@ struct DetectorParameters {
 };
 
 struct DetectionResult {
-  int voxels = 0;                     // finite ones in the frame
+  int voxels = 0;  // finite ones in the frame
   GroundEstimate ground;
   Points points;                      // over the ground, ground frame
   std::vector<Indices> clusters;      // of points

@@ -9,19 +9,19 @@
 namespace safe_passage::person_detection {
 
 struct GroundParameters {
-  double seed_band = 0.25;       // [m] first fit: points this near to a seed from tf or parameter
-  double track_band = 0.10;      // [m] later fits: points this near to the last frame's plane
-  double inlier_distance = 0.05; // [m]
-  double max_tilt = 0.26;        // [rad] between an estimate and its seed
+  double seed_band = 0.25;        // [m] first fit: points this near to a seed from tf or parameter
+  double track_band = 0.10;       // [m] later fits: points this near to the last frame's plane
+  double inlier_distance = 0.05;  // [m]
+  double max_tilt = 0.26;         // [rad] between an estimate and its seed
   double max_height_change = 0.30;  // [m] between an estimate's and its seed's camera height
-  int min_inliers = 150;         // voxels; with fewer the ground is not seen
-  int iterations = 80;           // RANSAC
+  int min_inliers = 150;            // voxels; with fewer the ground is not seen
+  int iterations = 80;              // RANSAC
 };
 
 enum class GroundState {
-  kTracked,    // fitted in this frame
-  kHeld,       // not seen in this frame: the last estimate (or the seed) is used on
-  kUnknown,    // never seen and no seed
+  kTracked,  // fitted in this frame
+  kHeld,     // not seen in this frame: the last estimate (or the seed) is used on
+  kUnknown,  // never seen and no seed
 };
 
 struct GroundEstimate {

@@ -1,5 +1,6 @@
 // What passes between the stages of the person detector. Metres and radians throughout; points are
-// in the camera's optical frame (x right, y down, z forward; REP 103) unless the name says otherwise.
+// in the camera's optical frame (x right, y down, z forward; REP 103) unless the name says
+// otherwise.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,7 +35,8 @@ struct GroundPlane {
   float height(const Eigen::Vector3f& p) const { return normal.dot(p) + offset; }
 };
 
-// Rotation and translation into a frame whose z is height over the ground, its origin under the camera.
+// Rotation and translation into a frame whose z is height over the ground, its origin under the
+// camera.
 struct GroundFrame {
   Eigen::Matrix3f R;  // R_ground_camera
   float offset;
@@ -53,11 +55,11 @@ using Indices = std::vector<int>;
 
 // One upright thing that may be a person: a sub-cluster centred on a peak of the height map.
 struct Candidate {
-  Indices points;          // into the points over the ground
-  Eigen::Vector3f head;    // the peak, ground frame
+  Indices points;             // into the points over the ground
+  Eigen::Vector3f head;       // the peak, ground frame
   Eigen::Vector3f low, high;  // bounding box, ground frame
-  float headness = 0.0F;   // share of the ring around the head that is clearly lower, 0 to 1
-  cv::Rect roi;            // head to feet in the image [px]; may reach beyond its border
+  float headness = 0.0F;      // share of the ring around the head that is clearly lower, 0 to 1
+  cv::Rect roi;               // head to feet in the image [px]; may reach beyond its border
 };
 
 struct Detection {

@@ -11,7 +11,8 @@ namespace safe_passage::person_detection {
 struct VoxelParameters {
   double leaf = 0.06;       // [m] edge of a voxel
   double max_range = 10.0;  // [m] along the optical axis; farther points are not looked at
-  int sampling = 0;  // every n-th pixel of every n-th row; 0: as far apart as leaves no gaps at max_range
+  int sampling =
+      0;  // every n-th pixel of every n-th row; 0: as far apart as leaves no gaps at max_range
 };
 
 // Keeps its table between frames: an allocation a frame would cost more than the filter.

@@ -14,11 +14,11 @@ struct DetectorNodeParameters {
   DetectorParameters detector;
   std::string input = "cloud";                  // cloud, or depth (depth + RGB + camera info)
   std::string ground_frame = "base_footprint";  // its plane z = 0 is the ground
-  std::optional<GroundPlane> ground_seed;       // instead of tf: [nx, ny, nz, height of the camera in m]
-  double tf_timeout = 0.05;     // [s] to wait for the transform at the frame's stamp
-  double max_age = 1.0;         // [s] older frames are dropped
-  double max_future = 0.1;      // [s] frames stamped farther ahead are dropped
-  double input_timeout = 2.0;   // [s] silence reported as an error
+  std::optional<GroundPlane> ground_seed;  // instead of tf: [nx, ny, nz, height of the camera in m]
+  double tf_timeout = 0.05;                // [s] to wait for the transform at the frame's stamp
+  double max_age = 1.0;                    // [s] older frames are dropped
+  double max_future = 0.1;                 // [s] frames stamped farther ahead are dropped
+  double input_timeout = 2.0;              // [s] silence reported as an error
 };
 
 // Throws std::runtime_error naming the parameter at fault.

@@ -1,4 +1,5 @@
-// Reads a node's private parameters into a plain struct: range-checked, and no unknown key accepted.
+// Reads a node's private parameters into a plain struct: range-checked, and no unknown key
+// accepted.
 #pragma once
 
 #include <ros/ros.h>
@@ -41,7 +42,8 @@ class Parameters {
     }
   }
 
-  void read_choice(const std::string& name, std::string& value, const std::set<std::string>& choices) {
+  void read_choice(const std::string& name, std::string& value,
+                   const std::set<std::string>& choices) {
     read(name, value);
     if (choices.count(value)) return;
     std::string listed;

@@ -24,7 +24,8 @@ Intrinsics to_intrinsics(const sensor_msgs::CameraInfo& info);
 GroundPlane to_ground_plane(const geometry_msgs::Transform& T_camera_ground);
 
 // Accepted detections, in the camera's optical frame.
-PersonArray to_message(const DetectionResult& result, Method method, const std_msgs::Header& header);
+PersonArray to_message(const DetectionResult& result, Method method,
+                       const std_msgs::Header& header);
 
 // As the paper's Fig. 4: clusters (blue points), sub-clusters (grey boxes), persons (yellow boxes).
 visualization_msgs::MarkerArray to_markers(const DetectionResult& result,

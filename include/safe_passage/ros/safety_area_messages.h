@@ -92,7 +92,7 @@ inline visualization_msgs::MarkerArray to_markers(const std_msgs::Header& laser_
     auto disc =
         cylinder(laser_header, "safety_areas", id++, {area.x, area.y, 0.0}, area.radius, 0.02);
     disc.color.g = 1.0F;
-    disc.color.a = 0.5F;
+    disc.color.a = 0.3F;
     markers.markers.push_back(disc);
   }
   std_msgs::Header fixed_header = laser_header;
@@ -103,7 +103,7 @@ inline visualization_msgs::MarkerArray to_markers(const std_msgs::Header& laser_
         cylinder(fixed_header, "persons", id++,
                  person.position + Eigen::Vector3d(0, 0, height / 2.0), body_radius, height);
     body.color.r = body.color.g = 1.0F;
-    body.color.a = 0.8F;
+    body.color.a = 0.35F;
     markers.markers.push_back(body);
   }
   return markers;

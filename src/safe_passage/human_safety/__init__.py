@@ -1,1 +1,1 @@
-"""Human safety: persons -> safety areas -> merged scan -> costmap (the C++ libraries' python side)."""
+"""Human safety, the python side: the detector model (detector and merger are C++)."""

@@ -1,4 +1,4 @@
-"""Where replayed frames come from: an analytic scene, a PCD file, a folder of RGB + depth images."""
+"""Where replayed frames come from: an analytic scene, a PCD file, a folder of RGB + depth."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import yaml
 
-from safe_passage import _person_detection as detection
+import safe_passage._person_detection as detection
 from safe_passage.core.errors import InputError
 from safe_passage.replay.virtual_scan import virtual_scan
 from safe_passage.simulation.analytic_scene import AnalyticScene
@@ -43,7 +43,12 @@ class FrameSource(Protocol):
         """What the camera sees."""
 
     def scan(
-        self, frame: Frame, time: float, angles: np.ndarray, lidar: tuple[float, float], reach: float
+        self,
+        frame: Frame,
+        time: float,
+        angles: np.ndarray,
+        lidar: tuple[float, float],
+        reach: float,
     ) -> np.ndarray:
         """Ranges (N,) [m] of a lidar at (x, z) = `lidar` [m] before the base; inf = no return."""
 
@@ -69,7 +74,12 @@ class SceneSource:
         return Frame(f"{time:.1f} s", xyz, bgr, self._intrinsics, camera.rotation(), place)
 
     def scan(
-        self, frame: Frame, time: float, angles: np.ndarray, lidar: tuple[float, float], reach: float
+        self,
+        frame: Frame,
+        time: float,
+        angles: np.ndarray,
+        lidar: tuple[float, float],
+        reach: float,
     ) -> np.ndarray:
         return self.scene.scan(time, angles, z=lidar[1], x=lidar[0], max_range=reach)
 
@@ -78,7 +88,7 @@ class FileSource:
     """A PCD file, or a folder: `NAME_rgb.png` beside `NAME_depth.png`, one after the other.
 
     Depth images are 16-bit [mm], or 8-bit with `NAME_depth_params.yaml` (metres = (value - beta) /
-    alpha). The folder's `intrinsics.yaml` holds fx, fy, cx, cy [px]; without it a Kinect is assumed.
+    alpha). The folder's `intrinsics.yaml` holds fx, fy, cx, cy [px]; without it: a Kinect's.
 
     Args:
         path: file or folder.
@@ -99,16 +109,23 @@ class FileSource:
             self.files = [path]
         else:
             raise InputError(f"{path}: no such file or folder")
-        self._index, self._frame = -1, None
+        self._index = -1
+        self._frame: Frame | None = None
 
     def frame(self, time: float) -> Frame:
         index = int(time / self._seconds_per_frame) % len(self.files)
-        if index != self._index or self._frame is None:
-            self._index, self._frame = index, self._load(self.files[index])
+        if self._frame is None or index != self._index:
+            self._index = index
+            self._frame = self._load(self.files[index])
         return self._frame
 
     def scan(
-        self, frame: Frame, time: float, angles: np.ndarray, lidar: tuple[float, float], reach: float
+        self,
+        frame: Frame,
+        time: float,
+        angles: np.ndarray,
+        lidar: tuple[float, float],
+        reach: float,
     ) -> np.ndarray:
         points = frame.points_base() - np.array([lidar[0], 0.0, 0.0])
         return virtual_scan(points, angles, lidar[1], lidar[1] + SCAN_BAND, reach)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import rospy
-from nav_msgs.msg import OccupancyGrid
+from map_msgs.msg import OccupancyGridUpdate
 from sensor_msgs.msg import LaserScan
 
 from safe_passage.msg import PersonArray
@@ -30,7 +30,7 @@ FIGURES = {
     "persons": "persons seen",
     "scan": "beams with a return",
     "scan_human_aware": "beams shortened by safety areas",
-    "local_costmap/costmap": "lethal cells",
+    "local_costmap/costmap_updates": "lethal cells in the update",
 }
 
 
@@ -40,11 +40,13 @@ class ChainReport:
     def __init__(self) -> None:
         self._lock = threading.Condition()
         self._outputs = {name: Output() for name in FIGURES}
+        self._stopped = threading.Event()
+        rospy.on_shutdown(self._stopped.set)
         self._real: dict[rospy.Time, np.ndarray] = {}
         rospy.Subscriber("persons", PersonArray, self._on_persons)
         rospy.Subscriber("scan", LaserScan, self._on_scan)
         rospy.Subscriber("scan_human_aware", LaserScan, self._on_merged)
-        rospy.Subscriber("local_costmap/costmap", OccupancyGrid, self._on_costmap)
+        rospy.Subscriber("local_costmap/costmap_updates", OccupancyGridUpdate, self._on_costmap)
 
     def wait_for_all(self, timeout: float) -> list[str]:
         """Wait until every topic has spoken; returns those that have not after `timeout` [s]."""
@@ -60,11 +62,9 @@ class ChainReport:
                 output.figures.clear()
         steps = 40
         for step in range(steps + 1):
-            bar = "#" * step + "." * (steps - step)
-            print(f"\r  [{bar}] {step * seconds / steps:4.0f} s", end="", file=sys.stderr, flush=True)
-            if step < steps and threading.Event().wait(seconds / steps):
-                break
-        print(file=sys.stderr)
+            _show_progress(step / steps, step * seconds / steps)
+            if step < steps:
+                self._stopped.wait(seconds / steps)
         with self._lock:
             return self._table(seconds)
 
@@ -72,7 +72,10 @@ class ChainReport:
         return [rospy.resolve_name(name) for name, out in self._outputs.items() if not out.ages]
 
     def _table(self, seconds: float) -> str:
-        lines = ["| topic | Hz | age median / worst [ms] | what | median | most |", "|---|---|---|---|---|---|"]
+        lines = [
+            "| topic | Hz | age median / worst [ms] | what | median | most |",
+            "|---|---|---|---|---|---|",
+        ]
         for name, out in self._outputs.items():
             if not out.ages:
                 lines.append(f"| {name} | silent | | | | |")
@@ -110,9 +113,19 @@ class ChainReport:
             shortened = np.isfinite(merged) & ~(merged == real)
             self._note("scan_human_aware", message.header.stamp, shortened.sum())
 
-    def _on_costmap(self, message: OccupancyGrid) -> None:
+    def _on_costmap(self, message: OccupancyGridUpdate) -> None:
         lethal = np.count_nonzero(np.asarray(message.data) == LETHAL)
-        self._note("local_costmap/costmap", message.header.stamp, lethal)
+        self._note("local_costmap/costmap_updates", message.header.stamp, lethal)
+
+
+def _show_progress(share: float, seconds: float) -> None:
+    """A bar that fills up on a terminal, a line a quarter elsewhere."""
+    if sys.stderr.isatty():
+        bar = "#" * round(40 * share)
+        end = "\n" if share == 1.0 else ""
+        print(f"\r  [{bar:.<40}] {seconds:4.0f} s", end=end, file=sys.stderr, flush=True)
+    elif 4 * share == int(4 * share):
+        print(f"  {seconds:4.0f} s", file=sys.stderr, flush=True)
 
 
 def main() -> None:

@@ -22,9 +22,12 @@ def to_cloud(header: Header, xyz: np.ndarray, bgr: np.ndarray) -> PointCloud2:
     points["xyz"] = xyz
     points["bgra"][..., :3] = bgr
     fields = [
-        PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(("x", "y", "z", "rgb"))
+        PointField(name, 4 * i, PointField.FLOAT32, 1)
+        for i, name in enumerate(("x", "y", "z", "rgb"))
     ]
-    return PointCloud2(header, height, width, fields, False, 16, 16 * width, points.tobytes(), False)
+    return PointCloud2(
+        header, height, width, fields, False, 16, 16 * width, points.tobytes(), False
+    )
 
 
 def to_image(header: Header, bgr: np.ndarray) -> Image:

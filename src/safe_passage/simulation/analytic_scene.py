@@ -1,4 +1,4 @@
-"""A small warehouse aisle whose every depth and range is known exactly: the demo's and tests' world.
+"""A small warehouse aisle whose every depth and range is known exactly.
 
 Frames: world x forward, y left, z up (REP 103), origin on the ground under the camera.
 """
@@ -154,7 +154,9 @@ class AnalyticScene:
             ranges = np.minimum(ranges, hit)
         for person in self.persons(time):
             for part in person.capsules():
-                ranges = np.minimum(ranges, raycast.capsule(origin, rays, part.a, part.b, part.radius))
+                ranges = np.minimum(
+                    ranges, raycast.capsule(origin, rays, part.a, part.b, part.radius)
+                )
         return np.where(ranges <= max_range, ranges, np.inf)
 
     def _static(self) -> tuple[np.ndarray, np.ndarray]:

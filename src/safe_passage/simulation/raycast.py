@@ -8,7 +8,7 @@ Array = np.ndarray
 
 
 def plane_z(origin: Array, directions: Array, z: float) -> Array:
-    """Distance (N,) along unit `directions` (N, 3) from `origin` (3,) to the plane at height `z`."""
+    """Distance (N,) along unit `directions` (N, 3) from `origin` (3,) to the plane z = `z`."""
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = (z - origin[2]) / directions[:, 2]
     return np.where(distance > 0.0, distance, np.inf)
@@ -47,7 +47,5 @@ def capsule(origin: Array, directions: Array, a: Array, b: Array, radius: float)
         distance = (-qb - np.sqrt(np.maximum(discriminant, 0.0))) / qa
     foot = axis_o + distance * axis_d
     side = (discriminant >= 0.0) & (distance > 0.0) & (foot >= 0.0) & (foot <= length2)
-    ends = np.minimum(
-        sphere(origin, directions, a, radius), sphere(origin, directions, b, radius)
-    )
+    ends = np.minimum(sphere(origin, directions, a, radius), sphere(origin, directions, b, radius))
     return np.minimum(np.where(side, distance, np.inf), ends)

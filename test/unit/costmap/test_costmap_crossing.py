@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from safe_passage.costmap.crossing import crossed
 
 AHEAD = np.array([[1.0, 0.0]])

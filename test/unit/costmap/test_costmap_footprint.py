@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-
 from safe_passage.costmap.footprint import (
     fill_polygon,
     footprint_polygon,

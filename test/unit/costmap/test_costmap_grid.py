@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from safe_passage.costmap.grid import Box, RollingGrid
 
 anything = st.floats(allow_nan=True, allow_infinity=True)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from safe_passage.costmap.costs import LETHAL_OBSTACLE, NO_INFORMATION
 from safe_passage.costmap.grid import Box, RollingGrid
 from safe_passage.costmap.inflation_layer import InflationLayer, inflation_costs

@@ -4,7 +4,6 @@ import copy
 
 import pytest
 import yaml
-
 from safe_passage.core.errors import ParameterError
 from safe_passage.costmap import InflationLayerParameters, load_costmap_parameters
 

@@ -7,7 +7,6 @@ import pytest
 from costmap_scene import HERE, SCAN, make_costmap, seen
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from safe_passage.costmap import FootprintParameters
 
 LETHAL, FREE, UNKNOWN = 254, 0, 255

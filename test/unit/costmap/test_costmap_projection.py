@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from safe_passage.costmap import project_scan, transform_points, yaw_quaternion
 
 

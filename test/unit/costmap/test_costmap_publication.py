@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import numpy as np
-
 from safe_passage.costmap import CostmapUpdate, PublicationArea, occupancy
 
 

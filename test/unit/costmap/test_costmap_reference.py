@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from safe_passage.costmap.reference import reference_folder, replay
 
 RECORDINGS = sorted(reference_folder().glob("*.npz"))

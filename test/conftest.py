@@ -1,0 +1,18 @@
+"""Shared by unit and scenario tests."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def recordings() -> Path:
+    """Folder of real recordings; they are not part of the package, so tests skip without them."""
+    root = Path(__file__).resolve().parents[1]
+    folder = Path(os.environ.get("SAFE_PASSAGE_DATA", root / "../shared/data"))
+    if not folder.is_dir():
+        pytest.skip("recordings are not here (SAFE_PASSAGE_DATA)")
+    return folder
