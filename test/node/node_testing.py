@@ -1,15 +1,19 @@
-"""What the node tests share: transforms, diagnostics, and waiting for them."""
+"""What the node tests share: transforms, costmaps, diagnostics, and waiting for them."""
 
 import subprocess
 import threading
 import time
 
+import numpy as np
 import roslib.packages
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from map_msgs.msg import OccupancyGridUpdate
+from nav_msgs.msg import OccupancyGrid
 
 TIMEOUT = 20.0  # s of wall time, for anything awaited
+LETHAL = 100  # occupancy of an obstacle's cell
 UPRIGHT = Quaternion(0, 0, 0, 1)
 OPTICAL = Quaternion(-0.5, 0.5, -0.5, 0.5)  # z ahead, x to the right
 
@@ -58,6 +62,45 @@ class Diagnostics:
             f"{task}: {status.message} { {v.key: v.value for v in status.values} }"
             for task, status in self._statuses.items()
         )
+
+
+class CostmapView:
+    """A costmap as its subscribers put it together, from whole maps and updates of a part."""
+
+    def __init__(self, topic, news):
+        self._news = news
+        self.grid, self.header, self.info = None, None, None
+        self.whole_maps = self.maps = 0
+        rospy.Subscriber(topic, OccupancyGrid, self._on_map)
+        rospy.Subscriber(topic + "_updates", OccupancyGridUpdate, self._on_update)
+
+    def _on_map(self, message):
+        with self._news:
+            cells = np.array(message.data, dtype=np.int8)
+            self.grid = cells.reshape(message.info.height, message.info.width)
+            self.header, self.info = message.header, message.info
+            self.whole_maps += 1
+            self.maps += 1
+            self._news.notify_all()
+
+    def _on_update(self, message):
+        with self._news:
+            if self.grid is not None:
+                patch = np.array(message.data, np.int8).reshape(message.height, message.width)
+                x, y = message.x, message.y
+                self.grid[y : y + message.height, x : x + message.width] = patch
+                self.header = message.header
+            self.maps += 1
+            self._news.notify_all()
+
+    def lethal(self):
+        """Centres (N, 2) of the lethal cells [m], in the map's frame."""
+        with self._news:
+            if self.grid is None:
+                return np.empty((0, 2))
+            corner = self.info.origin.position
+            cells = np.argwhere(self.grid == LETHAL)[:, ::-1] + 0.5
+            return cells * self.info.resolution + (corner.x, corner.y)
 
 
 def wait_until(news, reached, what, step=None):
