@@ -11,21 +11,19 @@ import numpy as np
 import rospkg
 import rospy
 import rostest
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PolygonStamped, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import PolygonStamped
 from map_msgs.msg import OccupancyGridUpdate
 from nav_msgs.msg import OccupancyGrid
+from node_testing import LETHAL, TIMEOUT, CostmapView, Diagnostics, transform
 from rosgraph_msgs.msg import Clock
 from sensor_msgs import point_cloud2
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-TIMEOUT = 20.0  # s of wall time, for anything awaited
 TICK = 0.05  # s of simulated time
 BEAMS, ANGLE_MIN, INCREMENT = 541, -math.radians(135), math.radians(0.5)
 OPEN = np.full(BEAMS, np.inf)
-LETHAL = 100
 ODOM, BASE, LASER = "robot1/odom", "robot1/base_link", "robot1/laser"
 
 
@@ -35,14 +33,6 @@ def circle_ahead(distance=2.5, radius=1.2):
     seen = (np.abs(offset) < radius) & (np.cos(angles) > 0)
     near = distance * np.cos(angles) - np.sqrt(np.where(seen, radius**2 - offset**2, 0.0))
     return np.where(seen, near, OPEN)
-
-
-def transform(parent, child, stamp, x=0.0, z=0.0):
-    message = TransformStamped(child_frame_id=child)
-    message.header.frame_id, message.header.stamp = parent, stamp
-    message.transform.translation = Vector3(x, 0, z)
-    message.transform.rotation = Quaternion(0, 0, 0, 1)
-    return message
 
 
 def make_scan(ranges, frame, stamp):
@@ -58,50 +48,18 @@ class LocalCostmapTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.news = threading.Condition()
-        cls.grid, cls.whole_maps, cls.maps, cls.footprint = None, 0, 0, None
-        cls.status, cls.summary = {}, ""
+        cls.footprint = None
+        cls.map = CostmapView("local_costmap/costmap", cls.news)
+        cls.diagnostics = Diagnostics("robot1/local_costmap", cls.news)
         cls.clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
         cls.tf_pub = rospy.Publisher("/tf", TFMessage, queue_size=100)
         cls.scan_pub = rospy.Publisher("scan_human_aware", LaserScan, queue_size=100)
         cls.cloud_pub = rospy.Publisher("depth/points", PointCloud2, queue_size=100)
-        rospy.Subscriber("/diagnostics", DiagnosticArray, cls.on_diagnostics)
         rospy.Subscriber("local_costmap/footprint", PolygonStamped, cls.on_footprint)
-        rospy.Subscriber("local_costmap/costmap", OccupancyGrid, cls.on_map)
-        rospy.Subscriber("local_costmap/costmap_updates", OccupancyGridUpdate, cls.on_update)
-
-    @classmethod
-    def on_map(cls, message):
-        with cls.news:
-            cells = np.array(message.data, dtype=np.int8)
-            cls.grid = cells.reshape(message.info.height, message.info.width)
-            cls.header, cls.info = message.header, message.info
-            cls.whole_maps += 1
-            cls.maps += 1
-            cls.news.notify_all()
-
-    @classmethod
-    def on_update(cls, message):
-        with cls.news:
-            if cls.grid is not None:
-                patch = np.array(message.data, np.int8).reshape(message.height, message.width)
-                x, y = message.x, message.y
-                cls.grid[y : y + message.height, x : x + message.width] = patch
-                cls.header = message.header
-            cls.maps += 1
-            cls.news.notify_all()
 
     @classmethod
     def on_footprint(cls, message):
         cls.footprint = message
-
-    @classmethod
-    def on_diagnostics(cls, message):
-        with cls.news:
-            for status in message.status:
-                if "local_costmap" in status.name:
-                    cls.status = {pair.key: pair.value for pair in status.values}
-                    cls.summary = status.message
-            cls.news.notify_all()
 
     def tick(self, ranges=None, tf=True, frame=LASER, age=0.0, robot_x=0.0):
         """One step of the world: clock, pose, scan; then a moment for the node."""
@@ -120,47 +78,51 @@ class LocalCostmapTest(unittest.TestCase):
         """Let the world go on until `reached`."""
         end = time.monotonic() + TIMEOUT
         while not reached():
-            self.assertLess(time.monotonic(), end, f"waited in vain for {what}; {self.status}")
+            self.assertLess(time.monotonic(), end, f"waited in vain for {what}; {self.diagnostics}")
             self.tick(**world)
 
     def lethal(self):
-        with self.news:
-            return 0 if self.grid is None else int((self.grid == LETHAL).sum())
+        return len(self.map.lethal())
 
     def count(self, outcome, source="/robot1/scan_human_aware"):
-        return int(self.status.get(f"{source} {outcome}", 0))
+        return self.diagnostics.count(f"{source} {outcome}")
+
+    def summary(self):
+        return self.diagnostics.message()
 
     def see_circle(self):
         self.until(lambda: self.lethal() > 20, "the circle", ranges=circle_ahead())
 
     def see_nothing(self):
-        self.until(lambda: self.grid is not None and not self.lethal(), "no circle", ranges=OPEN)
+        self.until(
+            lambda: self.map.grid is not None and not self.lethal(), "no circle", ranges=OPEN
+        )
 
     def test_1_waits_for_its_inputs_and_says_so(self):
-        self.until(lambda: "waiting for: robot pose" in self.summary, "diagnostics", tf=False)
-        self.assertIn("waiting for: /robot1/scan_human_aware", self.summary)
-        self.assertIsNone(self.grid)
+        self.until(lambda: "waiting for: robot pose" in self.summary(), "diagnostics", tf=False)
+        self.assertIn("waiting for: /robot1/scan_human_aware", self.summary())
+        self.assertIsNone(self.map.grid)
 
     def test_2_circle_comes_and_goes(self):
         self.see_circle()
-        self.assertEqual(self.header.frame_id, ODOM)
-        self.assertEqual(self.grid.shape, (160, 160))
-        self.assertAlmostEqual(self.info.resolution, 0.05)
-        nearest = np.argwhere(self.grid == LETHAL)[:, 1].min() * 0.05 + self.info.origin.position.x
+        self.assertEqual(self.map.header.frame_id, ODOM)
+        self.assertEqual(self.map.grid.shape, (160, 160))
+        self.assertAlmostEqual(self.map.info.resolution, 0.05)
+        nearest = self.map.lethal()[:, 0].min()
         self.assertAlmostEqual(nearest, 0.2 + 2.5 - 1.2, delta=0.06)
         self.see_nothing()
 
     def test_3_sends_updates_of_a_part_and_the_footprint(self):
         self.see_nothing()
-        before = self.whole_maps
-        many = self.maps + 5
-        self.until(lambda: self.maps >= many, "updates", ranges=OPEN)
-        self.assertEqual(self.whole_maps, before)
-        moved = self.whole_maps + 1
-        self.until(lambda: self.whole_maps >= moved, "a whole map", ranges=OPEN, robot_x=1.0)
+        before = self.map.whole_maps
+        many = self.map.maps + 5
+        self.until(lambda: self.map.maps >= many, "updates", ranges=OPEN)
+        self.assertEqual(self.map.whole_maps, before)
+        moved = self.map.whole_maps + 1
+        self.until(lambda: self.map.whole_maps >= moved, "a whole map", ranges=OPEN, robot_x=1.0)
         self.assertEqual(self.footprint.header.frame_id, ODOM)
         self.assertAlmostEqual(max(p.x for p in self.footprint.polygon.points), 1.37, places=4)
-        self.until(lambda: self.info.origin.position.x < -3.5, "the way back", ranges=OPEN)
+        self.until(lambda: self.map.info.origin.position.x < -3.5, "the way back", ranges=OPEN)
 
     def test_4_point_clouds_mark(self):
         self.see_nothing()
@@ -193,18 +155,20 @@ class LocalCostmapTest(unittest.TestCase):
         self.see_circle()
         for _ in range(20):  # past transform_tolerance and whatever was under way
             self.tick(ranges=OPEN, tf=False)
-        silent = self.maps
+        silent = self.map.maps
         for _ in range(20):
             self.tick(ranges=OPEN, tf=False)
-        self.assertEqual(self.maps, silent)
+        self.assertEqual(self.map.maps, silent)
         self.assertGreater(self.lethal(), 20)
-        self.until(lambda: "silent: robot pose" in self.summary, "an error", tf=False)
+        self.until(lambda: "silent: robot pose" in self.summary(), "an error", tf=False)
         self.see_nothing()
 
     def test_7_starts_anew_when_the_clock_goes_back(self):
         self.see_circle()
         LocalCostmapTest.now = 10.0
-        self.until(lambda: self.maps and self.header.stamp.to_sec() < 50, "a map of the new time")
+        self.until(
+            lambda: self.map.maps and self.map.header.stamp.to_sec() < 50, "a map of the new time"
+        )
         self.assertEqual(self.lethal(), 0)
         self.see_circle()
         self.see_nothing()

@@ -2,18 +2,16 @@
 """Node safety_area_merger: a scan comes out for every scan, whatever persons, tf and clock do."""
 
 import math
-import subprocess
 import sys
 import threading
 import time
 import unittest
 
 import numpy as np
-import roslib.packages
 import rospy
 import rostest
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Point, Vector3
+from node_testing import OPTICAL, TIMEOUT, Diagnostics, output_of_refusal, transform
 from rosgraph_msgs.msg import Clock
 from safe_passage.msg import Person, PersonArray
 from sensor_msgs.msg import LaserScan
@@ -21,19 +19,8 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 LATE = 0.01  # m that a circle grows at most for the microseconds between a transform and a scan
-TIMEOUT = 20.0  # s of wall time, for anything awaited
 AHEAD = 90  # beam 0 looks to -90 degrees, one beam a degree
 LASER_X, CAMERA_X, CAMERA_Z = 0.2, 0.1, 1.0  # m on the robot
-UPRIGHT = Quaternion(0, 0, 0, 1)
-OPTICAL = Quaternion(-0.5, 0.5, -0.5, 0.5)  # z ahead, x to the right
-
-
-def transform(parent, child, stamp, x=0.0, z=0.0, rotation=UPRIGHT):
-    message = TransformStamped()
-    message.header.frame_id, message.header.stamp, message.child_frame_id = parent, stamp, child
-    message.transform.translation = Vector3(x, 0, z)
-    message.transform.rotation = rotation
-    return message
 
 
 def person_at(x, y=0.0):
@@ -46,7 +33,8 @@ class SafetyAreaMergerTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.news = threading.Condition()
-        cls.merged, cls.safety, cls.markers, cls.status = {}, {}, None, {}
+        cls.merged, cls.safety, cls.markers = {}, {}, None
+        cls.diagnostics = Diagnostics("safety_area_merger", cls.news)
         cls.clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
         cls.tf_pub = rospy.Publisher("/tf", TFMessage, queue_size=100)
         cls.static_pub = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
@@ -54,7 +42,6 @@ class SafetyAreaMergerTest(unittest.TestCase):
         cls.persons_pub = rospy.Publisher("persons", PersonArray, queue_size=100)
         rospy.Subscriber("scan_human_aware", LaserScan, cls.on_merged, queue_size=1000)
         rospy.Subscriber("safety_area_merger/safety_scan", LaserScan, cls.on_safety)
-        rospy.Subscriber("/diagnostics", DiagnosticArray, cls.on_diagnostics)
         cls.static_pub.publish(
             [
                 transform("base_link", "laser", rospy.Time(), LASER_X),
@@ -80,14 +67,6 @@ class SafetyAreaMergerTest(unittest.TestCase):
     def on_markers(cls, message):
         with cls.news:
             cls.markers = message
-            cls.news.notify_all()
-
-    @classmethod
-    def on_diagnostics(cls, message):
-        with cls.news:
-            for status in message.status:
-                if status.name.startswith("safety_area_merger"):
-                    cls.status[status.name.split(": ")[1]] = status
             cls.news.notify_all()
 
     # A hundred seconds later nothing of the last test is left.
@@ -158,9 +137,7 @@ class SafetyAreaMergerTest(unittest.TestCase):
         self.until(x - LASER_X - 1.2, tell)
 
     def counted(self, key):
-        with self.news:
-            values = {v.key: v.value for v in self.status["inputs"].values} if self.status else {}
-        return int(values.get(key, 0))
+        return self.diagnostics.count(key)
 
     def wait_counted(self, key, more_than):
         self.wait(lambda: self.counted(key) > more_than, f"{key} in the diagnostics")
@@ -308,23 +285,16 @@ class SafetyAreaMergerTest(unittest.TestCase):
         self.ahead()
 
         def warned():
-            status = self.status.get("safety areas")
-            return status and status.level == 1 and "persons silent" in status.message
+            message = self.diagnostics.message("safety areas")
+            return self.diagnostics.level("safety areas") == 1 and "persons silent" in message
 
         self.wait(warned, "the warning")
 
     def test_unknown_parameter_is_refused_by_name(self):
-        (program,) = roslib.packages.find_node("safe_passage", "safety_area_merger")
         for argument in ("_radus:=1.0", "_radius:=-1.0", "_inside_policy:=jump"):
             name = argument[1:].split(":=")[0]
-            done = subprocess.run(
-                [program, argument, f"__name:=refused_{name}"],
-                capture_output=True,
-                text=True,
-                timeout=TIMEOUT,
-            )
-            self.assertEqual(done.returncode, 1)
-            self.assertIn(f"/refused_{name}/{name}", done.stdout + done.stderr)
+            output = output_of_refusal("safety_area_merger", argument, f"__name:=refused_{name}")
+            self.assertIn(f"/refused_{name}/{name}", output)
 
 
 if __name__ == "__main__":
