@@ -8,15 +8,12 @@
 // What the paper leaves open, and is decided here:
 // - Of several circles the nearest wins. A merged range is never longer than a valid measured one.
 // - A valid measurement lies in [range_min, range_max] and is not 0. On every other beam (NaN,
-// +-inf,
-//   0, too near, too far) nothing was measured, and the circle's range is written (REP 117).
+//   +-inf, 0, too near, too far) nothing was measured, and the circle's range is written (REP 117).
 // - A beam that no circle meets keeps its range and intensity bit by bit.
 // - A circle nearer than range_min is drawn at range_min, where a costmap does not ignore it;
-// beyond
-//   range_max it is not drawn.
+//   beyond range_max it is not drawn.
 // - Beam i looks along angle_min + i * angle_increment, whatever the sign, also past +-pi and for
-// more
-//   than a turn: that is how every consumer of a LaserScan reads it. angle_max is only compared: a
+//   more than a turn: every consumer of a LaserScan reads it so. angle_max is only compared: a
 //   scan whose number of beams disagrees with it is reported, and the circles are drawn all the
 //   same, because leaving persons out would be the unsafe side.
 // - A scan whose beams have no direction or no range limits passes through unchanged, reported.
