@@ -20,7 +20,7 @@ build() {
   (
     flock 9
     cd "$ws"
-    catkin_make --pkg safe_passage -j2 -DPYTHON_EXECUTABLE="$venv/bin/python3" \
+    catkin_make -j2 -DPYTHON_EXECUTABLE="$venv/bin/python3" \
       -DPython3_EXECUTABLE="$venv/bin/python3" "$@" >"$ws/build.log" 2>&1 ||
       { grep -nE 'rror' "$ws/build.log" | head -20; echo "build failed: the whole log is $ws/build.log"; exit 1; }
   ) 9>"$ws/.lock"
