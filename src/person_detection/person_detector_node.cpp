@@ -15,6 +15,8 @@
 
 namespace safe_passage::person_detection {
 
+constexpr double kMaxSpread = 100;  // [s] between depth and colours: people move on
+
 class PersonDetectorNode {
  public:
   PersonDetectorNode()
@@ -45,6 +47,7 @@ class PersonDetectorNode {
     rgb_sub_.subscribe(node_, "rgb/image_rect_color", kQueue);
     depth_sub_.subscribe(node_, "depth_registered/image_rect", kQueue);
     info_filter_.subscribe(node_, "rgb/camera_info", kQueue);
+    sync_.setMaxIntervalDuration(ros::Duration(kMaxSpread));
     sync_.connectInput(depth_sub_, rgb_sub_, info_filter_);
     sync_.registerCallback(&PersonDetectorNode::on_images, this);
     expect(depth_sub_.getTopic() + " + " + rgb_sub_.getTopic() + " + " + info_filter_.getTopic());

@@ -19,13 +19,15 @@ const std::map<std::string, Decoder> kDecoders = {{"darknet", decode_darknet},
                                                   {"yolov8", decode_yolov8},
                                                   {"yolov8_heads", decode_yolov8_heads},
                                                   {"nanodet", decode_nanodet}};
-const std::map<std::string, int> kBackends = {{"default", cv::dnn::DNN_BACKEND_DEFAULT},
-                                              {"opencv", cv::dnn::DNN_BACKEND_OPENCV},
-                                              {"cuda", cv::dnn::DNN_BACKEND_CUDA}};
-const std::map<std::string, int> kTargets = {{"cpu", cv::dnn::DNN_TARGET_CPU},
-                                             {"cuda", cv::dnn::DNN_TARGET_CUDA},
-                                             {"cuda_fp16", cv::dnn::DNN_TARGET_CUDA_FP16},
-                                             {"opencl", cv::dnn::DNN_TARGET_OPENCL}};
+const std::map<std::string, cv::dnn::Backend> kBackends = {
+    {"default", cv::dnn::DNN_BACKEND_DEFAULT},
+    {"opencv", cv::dnn::DNN_BACKEND_OPENCV},
+    {"cuda", cv::dnn::DNN_BACKEND_CUDA}};
+const std::map<std::string, cv::dnn::Target> kTargets = {
+    {"cpu", cv::dnn::DNN_TARGET_CPU},
+    {"cuda", cv::dnn::DNN_TARGET_CUDA},
+    {"cuda_fp16", cv::dnn::DNN_TARGET_CUDA_FP16},
+    {"opencl", cv::dnn::DNN_TARGET_OPENCL}};
 
 template <typename Value>
 Value choose(const std::map<std::string, Value>& choices, const std::string& name,
@@ -60,6 +62,16 @@ cv::dnn::Net load(const YoloParameters& parameters) {
     throw std::runtime_error("parameter yolo/model: OpenCV " CV_VERSION " cannot load " +
                              parameters.model + ": " + error.err);
   }
+}
+
+// OpenCV itself would fall back to the CPU, with a line in the log that nobody reads.
+void require_available(cv::dnn::Backend backend, cv::dnn::Target target,
+                       const YoloParameters& parameters) {
+  const auto targets = cv::dnn::getAvailableTargets(backend);
+  if (std::find(targets.begin(), targets.end(), target) == targets.end())
+    throw std::runtime_error("parameters yolo/backend and yolo/target: this OpenCV " CV_VERSION
+                             " or machine has no " +
+                             parameters.backend + " with " + parameters.target);
 }
 
 // By the model's file, then by the shape of its output.
@@ -114,8 +126,11 @@ YoloConfidence::YoloConfidence(const YoloParameters& parameters)
       parameters.input_height < 32)
     throw std::runtime_error(
         "parameters yolo/input_width and input_height must be multiples of 32");
-  net_.setPreferableBackend(choose(kBackends, parameters.backend, "backend"));
-  net_.setPreferableTarget(choose(kTargets, parameters.target, "target"));
+  const auto backend = choose(kBackends, parameters.backend, "backend");
+  const auto target = choose(kTargets, parameters.target, "target");
+  require_available(backend, target, parameters);
+  net_.setPreferableBackend(backend);
+  net_.setPreferableTarget(target);
   outputs_ = net_.getUnconnectedOutLayersNames();
   // One run now: a model that does not fit must fail at the start, and the first frame be fast.
   const cv::Mat grey(parameters.input_height, parameters.input_width, CV_8UC3,

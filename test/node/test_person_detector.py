@@ -285,6 +285,23 @@ class PersonDetectorTest(unittest.TestCase):
                 reason, lambda stamp, change=change: self.send_images(stamp, change), "depth"
             )
 
+    def test_6_depth_and_colours_of_different_times_are_not_paired(self):
+        def colours_late(depth, rgb, info):
+            rgb.header = header(rgb.header.stamp - rospy.Duration.from_sec(0.5))
+            sent.append(depth.header.stamp)
+
+        self.see_all("depth", self.send_images)
+        sent = []
+        diagnostics = self.diagnostics["depth"]
+        wait_until(
+            self.news,
+            lambda: f"silent: {IMAGES}" in diagnostics.message(),
+            lambda: f"silence; {diagnostics}",
+            lambda: self.send_images(self.tick(), colours_late),
+        )
+        self.see_all("depth", self.send_images)
+        self.assertFalse([stamp for stamp in sent if stamp in self.persons["depth"]])
+
     def test_7_ground_is_held_while_tf_is_silent(self):
         self.see_all()
         diagnostics = self.diagnostics["cloud"]

@@ -4,6 +4,7 @@ Each model sees one box everywhere: 64 x 96 px around the middle of a 256 x 192 
 0.8, class person.
 """
 
+import cv2
 import numpy as np
 import onnx
 import pytest
@@ -115,3 +116,11 @@ def test_wrong_family_class_or_size_is_an_error_that_names_the_parameter(tmp_pat
         detect(tmp_path, yolov8(), IMAGE, backend="abacus")
     with pytest.raises(RuntimeError, match="yolo/target"):
         detect(tmp_path, yolov8(), IMAGE, target="abacus")
+
+
+def test_missing_cuda_is_an_error_not_a_silent_fall_back_to_the_cpu(tmp_path):
+    if cv2.cuda.getCudaEnabledDeviceCount():
+        detect(tmp_path, yolov8(), IMAGE, backend="cuda", target="cuda")
+        return
+    with pytest.raises(RuntimeError, match="no cuda with cuda"):
+        detect(tmp_path, yolov8(), IMAGE, backend="cuda", target="cuda")
