@@ -42,7 +42,7 @@ class ChainReport:
         self._outputs = {name: Output() for name in FIGURES}
         self._stopped = threading.Event()
         rospy.on_shutdown(self._stopped.set)
-        self._real: dict[rospy.Time, np.ndarray] = {}
+        self._scans: dict[rospy.Time, dict[str, np.ndarray]] = {}  # by stamp, then by topic
         rospy.Subscriber("persons", PersonArray, self._on_persons)
         rospy.Subscriber("scan", LaserScan, self._on_scan)
         rospy.Subscriber("scan_human_aware", LaserScan, self._on_merged)
@@ -99,19 +99,23 @@ class ChainReport:
 
     def _on_scan(self, message: LaserScan) -> None:
         ranges = np.asarray(message.ranges)
-        with self._lock:
-            self._real[message.header.stamp] = ranges
-            while len(self._real) > 50:
-                self._real.pop(next(iter(self._real)))
         self._note("scan", message.header.stamp, np.isfinite(ranges).sum())
+        self._pair(message.header.stamp, "scan", ranges)
 
     def _on_merged(self, message: LaserScan) -> None:
+        self._pair(message.header.stamp, "scan_human_aware", np.asarray(message.ranges))
+
+    def _pair(self, stamp: rospy.Time, name: str, ranges: np.ndarray) -> None:
+        """Hold a scan against its merged twin, whichever of the two arrives first."""
         with self._lock:
-            real = self._real.get(message.header.stamp)
-        if real is not None:
-            merged = np.asarray(message.ranges)
+            scans = self._scans.setdefault(stamp, {})
+            scans[name] = ranges
+            while len(self._scans) > 50:
+                self._scans.pop(next(iter(self._scans)))
+        if len(scans) == 2:
+            real, merged = scans["scan"], scans["scan_human_aware"]
             shortened = np.isfinite(merged) & ~(merged == real)
-            self._note("scan_human_aware", message.header.stamp, shortened.sum())
+            self._note("scan_human_aware", stamp, shortened.sum())
 
     def _on_costmap(self, message: OccupancyGridUpdate) -> None:
         lethal = np.count_nonzero(np.asarray(message.data) == LETHAL)
