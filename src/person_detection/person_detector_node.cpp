@@ -15,7 +15,7 @@
 
 namespace safe_passage::person_detection {
 
-constexpr double kMaxSpread = 100;  // [s] between depth and colours: people move on
+constexpr double kMaxSpread = 0.1;  // [s] between depth and colours: people move on
 
 class PersonDetectorNode {
  public:

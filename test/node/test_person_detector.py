@@ -57,9 +57,9 @@ class PersonDetectorTest(unittest.TestCase):
             cls.persons[name][message.header.stamp] = message
             cls.news.notify_all()
 
-    def tick(self, tf=True):
-        """The world goes on by a step; returns its time."""
-        type(self).now += TICK
+    def tick(self, tf=True, step=TICK):
+        """The world goes on by a step [s]; returns its time."""
+        type(self).now += step
         stamp = rospy.Time.from_sec(self.now)
         self.clock_pub.publish(stamp)
         if tf:
@@ -160,13 +160,6 @@ class PersonDetectorTest(unittest.TestCase):
 
         wait_until(self.news, unknown, "the ground's state", lambda: self.tick(tf=False))
         self.assert_silent("NO_TF", self.send_cloud, tf=False)
-        tracked = "tracked"
-        wait_until(
-            self.news,
-            lambda: self.diagnostics["cloud"].message("ground") == tracked,
-            tracked,
-            lambda: self.send_cloud(self.tick()),
-        )
 
     def test_3_persons_from_depth_images(self):
         def millimetres(depth, rgb, info):
@@ -223,7 +216,6 @@ class PersonDetectorTest(unittest.TestCase):
     def test_5_stale_and_future_frames(self):
         self.assert_silent("STALE", self.send_cloud, age=5.0)
         self.assert_silent("FUTURE", self.send_cloud, age=-5.0)
-        self.assert_silent("STALE", self.send_images, "depth", age=5.0)
 
     def test_5_ground_of_one_camera_is_not_anothers(self):
         self.see_all()
@@ -286,7 +278,7 @@ class PersonDetectorTest(unittest.TestCase):
             )
 
     def test_6_depth_and_colours_of_different_times_are_not_paired(self):
-        def colours_late(depth, rgb, info):
+        def colours_late(depth, rgb, info):  # in between the depth images of a slow camera
             rgb.header = header(rgb.header.stamp - rospy.Duration.from_sec(0.5))
             sent.append(depth.header.stamp)
 
@@ -297,7 +289,7 @@ class PersonDetectorTest(unittest.TestCase):
             self.news,
             lambda: f"silent: {IMAGES}" in diagnostics.message(),
             lambda: f"silence; {diagnostics}",
-            lambda: self.send_images(self.tick(), colours_late),
+            lambda: self.send_images(self.tick(step=1.0), colours_late),
         )
         self.see_all("depth", self.send_images)
         self.assertFalse([stamp for stamp in sent if stamp in self.persons["depth"]])
