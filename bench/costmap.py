@@ -22,19 +22,23 @@ from safe_passage.costmap import (
 from safe_passage.costmap.costs import LETHAL_OBSTACLE
 from safe_passage.costmap.reference import reference_folder, replay
 
+from bench.metric import metric
+
 BEAMS, ANGLE_MIN, ANGLE_INCREMENT, RANGE_MAX = 1081, -2.356194, 0.00436332, 20.0
 CIRCLE_RADIUS = 1.2  # m, of a person's safety area
 HERE = (0.0, 0.0, 0.0)
 
 
 def run(quick: bool = False) -> list[dict]:
-    """Metrics rows {name, value, unit, bar, holds}; a metric that has no data has value None."""
+    """All rows; a metric that has no data has value None."""
     appears, gone = circle_updates()
     return [
-        _row("costmap_update_ms", update_ms(60 if quick else 400), "ms", 15),
-        _row("costmap_reference_mismatch_share", mismatch_share(quick), "share of cells", 0.001),
-        _row("circle_appears_updates", appears, "updates", 1),
-        _row("circle_gone_updates", gone, "updates", 1),
+        metric("costmap_update_ms", update_ms(60 if quick else 400), "ms", "<= 15"),
+        metric(
+            "costmap_reference_mismatch_share", mismatch_share(quick), "share of cells", "<= 0.001"
+        ),
+        metric("circle_appears_updates", appears, "updates", "<= 1"),
+        metric("circle_gone_updates", gone, "updates", "<= 1"),
     ]
 
 
@@ -146,13 +150,3 @@ def _observe(ranges: np.ndarray, pose: tuple, turn: float, stamp: float) -> Obse
     return Observation(
         stamp, origin, transform_points(points, origin, yaw_quaternion(pose[2] + turn))
     )
-
-
-def _row(name: str, value: float | None, unit: str, most: float) -> dict:
-    holds = value is not None and value <= most
-    return {"name": name, "value": value, "unit": unit, "bar": f"<= {most}", "holds": holds}
-
-
-if __name__ == "__main__":
-    for row in run():
-        print(row)

@@ -15,6 +15,7 @@
 
 namespace safe_passage::person_detection {
 
+constexpr int kLeastVoxels = 100;   // with fewer the camera is covered: it cannot say "nobody"
 constexpr double kMaxSpread = 0.1;  // [s] between depth and colours: people move on
 
 class PersonDetectorNode {
@@ -144,7 +145,8 @@ class PersonDetectorNode {
     frame_id_ = header.frame_id;
     const DetectionResult result = detector_.detect(frame, ground_seed(header));
     ground_state_ = result.ground.state;
-    if (result.voxels == 0) return diagnostics_.count(input_, Outcome::kEmpty, "no finite point");
+    if (result.voxels < kLeastVoxels)
+      return diagnostics_.count(input_, Outcome::kEmpty, "hardly a finite point");
     // Silence: an empty array would say that nobody is there.
     if (ground_state_ == GroundState::kUnknown)
       return diagnostics_.count(input_, Outcome::kNoTf,

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 
@@ -19,6 +20,11 @@ const PointField* find_field(const sensor_msgs::PointCloud2& cloud, const std::s
 const PointField* find_colour(const sensor_msgs::PointCloud2& cloud) {
   const PointField* rgb = find_field(cloud, "rgb");
   return rgb ? rgb : find_field(cloud, "rgba");
+}
+
+// All fields in use are four bytes long.
+bool inside_point(const PointField& field, const sensor_msgs::PointCloud2& cloud) {
+  return std::uint64_t{field.offset} + 4 <= cloud.point_step;
 }
 
 geometry_msgs::Point to_point(const Eigen::Vector3f& p) {
@@ -95,14 +101,15 @@ std::string fault_of(const sensor_msgs::PointCloud2& cloud) {
     const PointField* field = find_field(cloud, name);
     if (!field || field->datatype != PointField::FLOAT32)
       return std::string("no float field ") + name;
-    if (field->offset + 4 > cloud.point_step) return "a field lies outside the point";
+    if (!inside_point(*field, cloud)) return "a field lies outside the point";
   }
   const PointField* colour = find_colour(cloud);
-  if (!colour || colour->offset + 4 > cloud.point_step) return "no field rgb";
+  if (!colour || !inside_point(*colour, cloud)) return "no field rgb";
   if (cloud.is_bigendian) return "big-endian data";
   if (cloud.height < 2) return "the cloud is not organised";
-  if (cloud.row_step < cloud.width * cloud.point_step ||
-      cloud.data.size() < static_cast<std::size_t>(cloud.row_step) * cloud.height)
+  // In 64 bits: sizes that lie must not wrap round to ones that fit.
+  if (cloud.row_step < std::uint64_t{cloud.width} * cloud.point_step ||
+      cloud.data.size() < std::uint64_t{cloud.row_step} * cloud.height)
     return "less data than its size says";
   return "";
 }

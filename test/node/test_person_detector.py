@@ -182,6 +182,13 @@ class PersonDetectorTest(unittest.TestCase):
         def no_number(cloud):
             cloud.data = np.full(len(cloud.data) // 4, np.nan, np.float32).tobytes()
 
+        def covered(cloud):
+            values = np.frombuffer(cloud.data, np.float32).reshape(cloud.height, cloud.width, -1)
+            hidden = values.copy()
+            hidden[..., :3] = np.nan
+            hidden[200:240, 300:340] = values[200:240, 300:340]
+            cloud.data = hidden.tobytes()
+
         def no_columns(cloud):
             cloud.width, cloud.row_step, cloud.data = 0, 0, b""
 
@@ -201,13 +208,20 @@ class PersonDetectorTest(unittest.TestCase):
                 1,
             )
 
+        def field_far_outside(cloud):
+            cloud.fields[3].offset = 2**32 - 4  # + 4 wraps round to 0
+
+        def wider_than_its_data(cloud):
+            cloud.width, cloud.row_step = 2**28, 0  # x 16 bytes wraps round to 0
+
         def nowhere(cloud):
             cloud.header.frame_id = ""
 
         self.see_all()
-        for change in (no_number, no_columns):
+        for change in (no_number, covered, no_columns):
             self.assert_silent("EMPTY", sender(change))
-        for change in (no_colours, doubles, truncated, unorganised, nowhere):
+        lies = (field_far_outside, wider_than_its_data)
+        for change in (no_colours, doubles, truncated, unorganised, nowhere, *lies):
             self.assert_silent("BAD_FIELDS", sender(change))
         self.assert_silent(
             "BAD_FIELDS", lambda stamp: self.cloud_pub.publish(PointCloud2(header=header(stamp)))

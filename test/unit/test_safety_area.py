@@ -158,9 +158,10 @@ def test_reversing_the_scan_reverses_the_result(scan, circles):
     )
     there = areas.merge(scan, np.array(circles)).safety_ranges
     back = areas.merge(mirrored, np.array(circles)).safety_ranges[::-1]
-    both = np.isfinite(there) & np.isfinite(back)
-    np.testing.assert_allclose(there[both], back[both], rtol=1e-3, atol=1e-2)
-    assert np.sum(np.isfinite(there) != np.isfinite(back)) <= 2 * 3 * 2 * max(len(circles), 1)
+    same = np.isclose(there, back, rtol=1e-3, atol=1e-2)  # inf equals inf
+    # A beam along a circle's tangent may touch it in one direction and miss it in the other: two
+    # tangents a circle, on both sides of which rounding may fall, in up to three turns.
+    assert np.sum(~same) <= 2 * 2 * 3 * len(circles)
 
 
 @any_speed

@@ -6,8 +6,7 @@ from dataclasses import dataclass, fields
 from typing import Tuple, Union
 
 from safe_passage.core.errors import ParameterError
-from safe_passage.core.parameters import check_range
-from safe_passage.costmap.checks import check_choice, check_flag, check_text
+from safe_passage.core.parameters import check_choice, check_flag, check_range, check_text
 
 Point = Tuple[float, float]
 
