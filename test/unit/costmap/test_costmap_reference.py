@@ -21,7 +21,7 @@ def test_at_most_a_thousandth_of_the_cells_differ():
 
 
 @needs_recordings
-@pytest.mark.parametrize("recording", RECORDINGS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("recording", RECORDINGS, ids=[path.stem for path in RECORDINGS])
 def test_every_difference_is_explained(recording):
     """Two things differ, and without them not one cell does.
 
@@ -34,7 +34,7 @@ def test_every_difference_is_explained(recording):
 
 
 @needs_recordings
-@pytest.mark.parametrize("recording", RECORDINGS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("recording", RECORDINGS, ids=[path.stem for path in RECORDINGS])
 def test_only_stray_cells_are_cleared_besides(recording):
     for ours, recorded in replay(recording, switch=(0.98,)):
         stray = (recorded == 100) & (ours < 100)
