@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from safe_passage.core.errors import InputError
-from safe_passage.replay.sources import FileSource, SceneSource
+from safe_passage.replay.sources import FileSource, Lidar, SceneSource
 from safe_passage.simulation.analytic_scene import AnalyticScene
 
 
@@ -71,12 +71,24 @@ def test_no_ground_is_said(folder, scene_images):
         FileSource(folder).frame(0.0)
 
 
+def test_a_broken_file_of_a_folder_does_not_spoil_the_next(folder):
+    (folder / "a_depth.png").write_bytes(b"not an image")
+    source = FileSource(folder, seconds_per_frame=1.0)
+    with pytest.raises(InputError, match="a: needs a colour image"):
+        source.frame(0.0)
+    assert source.frame(1.0).name == "b_rgb"
+    for _ in range(2):  # nor is the frame before it shown in its place
+        with pytest.raises(InputError):
+            source.frame(2.0)
+
+
 def test_scene_and_its_cloud_agree_on_the_scan():
     source = SceneSource(AnalyticScene(noise=0.0))
     frame = source.frame(0.0)
     angles = np.linspace(-0.2, 0.2, 41)
-    real = source.scan(frame, 0.0, angles, (0.2, 0.12), 20.0)
-    from_cloud = FileSource.scan(source, frame, 0.0, angles, (0.2, 0.12), 20.0)
+    lidar = Lidar(angles, x=0.2, z=0.12, max_range=20.0)
+    real = source.scan(lidar, frame, 0.0)
+    from_cloud = FileSource.scan(source, lidar, frame, 0.0)
     both = np.isfinite(real) & np.isfinite(from_cloud) & (real < 7.0)
     assert both.sum() > 3
     assert np.median(np.abs(real - from_cloud)[both]) < 0.1

@@ -36,21 +36,24 @@ class Frame:
         return self.xyz.reshape(-1, 3) @ self.R_base_camera.T + self.p_base_camera
 
 
+@dataclass(frozen=True)
+class Lidar:
+    """A level scanner looking forward."""
+
+    angles: np.ndarray  # (N,) [rad] of the beams, ascending and evenly spaced
+    x: float  # [m] before the base
+    z: float  # [m] over the ground
+    max_range: float  # [m]
+
+
 class FrameSource(Protocol):
     """Frames and scans by time [s] since the start."""
 
     def frame(self, time: float) -> Frame:
         """What the camera sees."""
 
-    def scan(
-        self,
-        frame: Frame,
-        time: float,
-        angles: np.ndarray,
-        lidar: tuple[float, float],
-        reach: float,
-    ) -> np.ndarray:
-        """Ranges (N,) [m] of a lidar at (x, z) = `lidar` [m] before the base; inf = no return."""
+    def scan(self, lidar: Lidar, frame: Frame, time: float) -> np.ndarray:
+        """Ranges (N,) [m] of the lidar's beams; inf = no return, NaN = unknown."""
 
 
 class SceneSource:
@@ -73,15 +76,8 @@ class SceneSource:
         xyz = _from_depth(depth, bgr, self._intrinsics)
         return Frame(f"{time:.1f} s", xyz, bgr, self._intrinsics, camera.rotation(), place)
 
-    def scan(
-        self,
-        frame: Frame,
-        time: float,
-        angles: np.ndarray,
-        lidar: tuple[float, float],
-        reach: float,
-    ) -> np.ndarray:
-        return self.scene.scan(time, angles, z=lidar[1], x=lidar[0], max_range=reach)
+    def scan(self, lidar: Lidar, frame: Frame, time: float) -> np.ndarray:
+        return self.scene.scan(time, lidar.angles, lidar.z, lidar.x, lidar.max_range)
 
 
 class FileSource:
@@ -115,20 +111,13 @@ class FileSource:
     def frame(self, time: float) -> Frame:
         index = int(time / self._seconds_per_frame) % len(self.files)
         if self._frame is None or index != self._index:
-            self._index = index
             self._frame = self._load(self.files[index])
+            self._index = index
         return self._frame
 
-    def scan(
-        self,
-        frame: Frame,
-        time: float,
-        angles: np.ndarray,
-        lidar: tuple[float, float],
-        reach: float,
-    ) -> np.ndarray:
-        points = frame.points_base() - np.array([lidar[0], 0.0, 0.0])
-        return virtual_scan(points, angles, lidar[1], lidar[1] + SCAN_BAND, reach)
+    def scan(self, lidar: Lidar, frame: Frame, time: float) -> np.ndarray:
+        points = frame.points_base() - np.array([lidar.x, 0.0, 0.0])
+        return virtual_scan(points, lidar.angles, lidar.z, lidar.z + SCAN_BAND, lidar.max_range)
 
     def _load(self, file: Path) -> Frame:
         try:

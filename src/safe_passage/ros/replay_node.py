@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Callable
 
 import numpy as np
 import rospy
 import tf2_ros
 from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
 
+from safe_passage.core.errors import InputError
 from safe_passage.core.parameters import check_range
-from safe_passage.replay.sources import FileSource, Frame, FrameSource, SceneSource
+from safe_passage.replay.sources import FileSource, FrameSource, Lidar, SceneSource
 from safe_passage.ros import conversions
 from safe_passage.ros.parameters import read_parameters
 
@@ -56,7 +58,8 @@ class ReplayNode:
             path = Path(self._p.cloud).expanduser()
             self._source = FileSource(path, self._p.seconds_per_frame)
         half = 0.5 * self._p.scan_field_of_view
-        self._angles = np.linspace(-half, half, self._p.scan_beams)
+        angles = np.linspace(-half, half, self._p.scan_beams)
+        self._lidar = Lidar(angles, self._p.lidar_x, self._p.lidar_z, self._p.range_max)
         self._frame = self._source.frame(0.0)
         self._cloud_pub = rospy.Publisher("depth_registered/points", PointCloud2, queue_size=1)
         self._depth_pub = rospy.Publisher("depth_registered/image_rect", Image, queue_size=1)
@@ -66,8 +69,13 @@ class ReplayNode:
         self._tf = tf2_ros.TransformBroadcaster()
         self._start = rospy.Time.now()
         self._broadcast(self._start)
-        rospy.Timer(rospy.Duration(1.0 / self._p.scan_rate), lambda event: self._publish_scan())
-        rospy.Timer(rospy.Duration(1.0 / self._p.rate), lambda event: self._publish_frame())
+        self._every(1.0 / self._p.scan_rate, self._publish_scan)
+        self._every(1.0 / self._p.rate, self._publish_frame)
+
+    @staticmethod
+    def _every(period: float, publish: Callable[[], None]) -> None:
+        """Call `publish` every `period` [s], also after the clock went back."""
+        rospy.Timer(rospy.Duration.from_sec(period), lambda event: publish(), reset=True)
 
     def _time(self, stamp: rospy.Time) -> float:
         return max(0.0, (stamp - self._start).to_sec())
@@ -92,18 +100,19 @@ class ReplayNode:
 
     def _publish_scan(self) -> None:
         p, stamp = self._p, rospy.Time.now()
-        ranges = self._source.scan(
-            self._frame, self._time(stamp), self._angles, (p.lidar_x, p.lidar_z), p.range_max
-        )
+        ranges = self._source.scan(self._lidar, self._frame, self._time(stamp))
         self._broadcast(stamp)
         header = conversions.to_header(stamp, p.laser_frame)
         limits = (p.range_min, p.range_max)
-        self._scan_pub.publish(conversions.to_scan(header, self._angles, ranges, limits))
+        self._scan_pub.publish(conversions.to_scan(header, self._lidar.angles, ranges, limits))
 
     def _publish_frame(self) -> None:
         stamp = rospy.Time.now()
-        frame: Frame = self._source.frame(self._time(stamp))
-        self._frame = frame
+        try:
+            frame = self._frame = self._source.frame(self._time(stamp))
+        except InputError as error:  # one file of a folder: the next may be good
+            rospy.logwarn_throttle(5.0, f"no frame: {error}")
+            return
         self._broadcast(stamp)
         header = conversions.to_header(stamp, self._p.camera_frame)
         size = frame.bgr.shape[:2]
