@@ -34,6 +34,11 @@ def test_ground_and_camera_height_are_found(folder):
     assert frame.R_base_camera == pytest.approx(AnalyticScene().camera.rotation(), abs=0.02)
 
 
+def test_half_view_is_to_the_narrower_side(folder):
+    (folder / "intrinsics.yaml").write_text("{fx: 300.0, fy: 300, cx: 300, cy: 240}")
+    assert FileSource(folder).frame(0.0).half_view() == pytest.approx(np.pi / 4)
+
+
 def test_depth_of_8_bits_needs_its_scale(folder, scene_images):
     depth, _ = scene_images
     coded = np.nan_to_num(depth * 25.0 + 35.0).astype(np.uint8)

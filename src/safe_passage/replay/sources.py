@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +35,11 @@ class Frame:
     def points_base(self) -> np.ndarray:
         """All points (H * W, 3) [m], x forward, z over the ground."""
         return self.xyz.reshape(-1, 3) @ self.R_base_camera.T + self.p_base_camera
+
+    def half_view(self) -> float:
+        """Half of the camera's horizontal field of view [rad], to its narrower side."""
+        fx, _, cx, _ = self.intrinsics
+        return math.atan(min(cx, self.bgr.shape[1] - 1 - cx) / fx)
 
 
 @dataclass(frozen=True)

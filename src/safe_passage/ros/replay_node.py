@@ -57,10 +57,13 @@ class ReplayNode:
         if self._p.cloud:
             path = Path(self._p.cloud).expanduser()
             self._source = FileSource(path, self._p.seconds_per_frame)
-        half = 0.5 * self._p.scan_field_of_view
-        angles = np.linspace(-half, half, self._p.scan_beams)
-        self._lidar = Lidar(angles, self._p.lidar_x, self._p.lidar_z, self._p.range_max)
         self._frame = self._source.frame(0.0)
+        half = 0.5 * self._p.scan_field_of_view
+        step = 2.0 * half / (self._p.scan_beams - 1)
+        if self._p.cloud:  # where the camera does not look, nothing is known and nothing clears
+            half = min(half, self._frame.half_view())
+        angles = np.arange(-half, half + 0.5 * step, step)
+        self._lidar = Lidar(angles, self._p.lidar_x, self._p.lidar_z, self._p.range_max)
         self._cloud_pub = rospy.Publisher("depth_registered/points", PointCloud2, queue_size=1)
         self._depth_pub = rospy.Publisher("depth_registered/image_rect", Image, queue_size=1)
         self._image_pub = rospy.Publisher("rgb/image_rect_color", Image, queue_size=1)
