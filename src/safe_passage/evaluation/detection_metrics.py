@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class DetectionCounts:
@@ -13,6 +15,16 @@ class DetectionCounts:
     fp: int = 0  # others accepted
     fn: int = 0  # persons missed, whether rejected or never proposed
     tn: int = 0  # others rejected
+
+    @classmethod
+    def of(cls, truth: np.ndarray, accepted: np.ndarray) -> DetectionCounts:
+        """Candidates (N,) bool: whether each is a person, and whether it was accepted."""
+        return cls(
+            tp=int((truth & accepted).sum()),
+            fp=int((~truth & accepted).sum()),
+            fn=int((truth & ~accepted).sum()),
+            tn=int((~truth & ~accepted).sum()),
+        )
 
     def __add__(self, other: DetectionCounts) -> DetectionCounts:
         return DetectionCounts(
@@ -43,6 +55,16 @@ class DetectionCounts:
     def fp_rate(self) -> float:
         """FP / (FP + TN)."""
         return _ratio(self.fp, self.fp + self.tn)
+
+    @property
+    def person_share(self) -> float:
+        """Persons / all: precision, accuracy and F1 depend on it, recall and FP rate do not."""
+        return _ratio(self.tp + self.fn, self.tp + self.fp + self.fn + self.tn)
+
+    def f1_at(self, person_share: float) -> float:
+        """F1 of the same recall and FP rate among candidates of which this share are persons."""
+        found = person_share * self.recall
+        return 2.0 * found / (found + person_share + (1.0 - person_share) * self.fp_rate)
 
 
 def _ratio(part: int, whole: int) -> float:
