@@ -1,0 +1,107 @@
+"""One closed-loop run: simulator, human safety chain and navigator (paper 002, Fig. 9)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Mapping
+
+import numpy as np
+
+from safe_passage.core.geometry import Pose, compose, inverse
+from safe_passage.evaluation.human_safety_chain import HumanSafetyChain
+from safe_passage.evaluation.scenarios import PALLET_LENGTH, Scenario
+from safe_passage.navigation import Navigator, NavigatorParameters, State
+from safe_passage.navigation.local_planner import Velocity
+from safe_passage.simulation.drive import Twist
+from safe_passage.simulation.robots import Robot
+from safe_passage.simulation.simulator import Simulator
+from safe_passage.simulation.worlds import World
+
+CONTROL_STEPS = 4  # simulator steps between two cycles of sensing, mapping and driving: 10 Hz
+MOVING = 0.05  # [m/s] slower, the robot stands
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What happened, from the simulator's truth."""
+
+    kind: str
+    method: str  # hog, yolo, none
+    state: State
+    seconds: float  # [s] until the goal or the end
+    min_distance: float  # [m] from the robot's outline to a person's middle
+    min_distance_moving: float  # [m] the same while the robot moved
+    pallet_gap: float  # [m] between the robot's front and the pallet in the end
+    bumps: int  # steps that ended at an obstacle
+    track: np.ndarray  # (N, 6): time [s], robot x, y [m], yaw [rad], person x, y [m]; frame map
+    seen: float  # share of cycles with an accepted detection
+
+    @property
+    def reached(self) -> bool:
+        return self.state is State.SUCCEEDED
+
+
+def run_scenario(
+    world: World,
+    robot: Robot,
+    scenario: Scenario,
+    method: str,
+    costmap: Mapping[str, Any],
+    navigator: NavigatorParameters,
+    hold_time: float,
+    seed: int,
+    most_seconds: float = 120.0,
+) -> RunResult:
+    """Run `scenario` to its end; `method`: hog, yolo, or none for no safety areas."""
+    simulator = Simulator(world, robot, seed, scenario.people, scenario.start)
+    chain = HumanSafetyChain(method, costmap, hold_time)
+    driver = Navigator(navigator, simulator.map)
+    driver.set_goal(scenario.goal)
+    lidar, camera = robot.lidars[0], robot.cameras[0]
+    track, bumps, seen = [], 0, 0
+    nearest = nearest_moving = math.inf
+    try:
+        while driver.active and simulator.time < most_seconds:
+            time, base = simulator.time, simulator.base
+            if method != "none":
+                frame = simulator.frame(camera)
+                seen += len(chain.see(frame.depth, frame.bgr, camera, base.odometry, time)) > 0
+            ranges = chain.merge(simulator.scan(lidar).ranges, lidar, base.odometry, time)
+            obstacles = chain.update(ranges, lidar, base.odometry, time)
+            T_map_odom = compose(base.pose, inverse(base.odometry))
+            now = Velocity(base.twist.forward, base.twist.turn)
+            wanted = driver.step(time, base.pose, now, obstacles, T_map_odom)
+            simulator.command(Twist(wanted.forward, 0.0, wanted.turn))
+            person = simulator.people()[0]
+            track.append((time, *base.pose, person.x, person.y))
+            for _ in range(CONTROL_STEPS):
+                simulator.step()
+                bumps += base.bumped
+                distance = simulator.distance_to_people()
+                nearest = min(nearest, distance)
+                if abs(base.twist.forward) > MOVING or abs(base.twist.turn) > MOVING:
+                    nearest_moving = min(nearest_moving, distance)
+        gap = pallet_gap(simulator.base.pose, navigator, scenario.pallet)
+    finally:
+        simulator.close()
+    return RunResult(
+        scenario.kind,
+        method,
+        driver.state,
+        simulator.time,
+        nearest,
+        nearest_moving,
+        gap,
+        bumps,
+        np.array(track),
+        seen / max(len(track), 1),
+    )
+
+
+def pallet_gap(pose: Pose, navigator: NavigatorParameters, pallet: Pose) -> float:
+    """[m] from the pallet's face to the nearest of the robot's front corners."""
+    corners = np.array(navigator.footprint)
+    front = corners[corners[:, 0] == corners[:, 0].max()]
+    at = [compose(inverse(pallet), compose(pose, (x, y, 0.0)))[0] for x, y in front]
+    return -0.5 * PALLET_LENGTH - max(at)

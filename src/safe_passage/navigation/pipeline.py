@@ -1,0 +1,184 @@
+"""The navigator: goal, map, costmap and pose in, velocity out."""
+
+from __future__ import annotations
+
+import enum
+import math
+
+import numpy as np
+
+from safe_passage.core.geometry import Pose, compose, inverse, placed
+from safe_passage.core.grid import GridMap
+from safe_passage.navigation.global_planner import GlobalPlanner
+from safe_passage.navigation.local_planner import LocalPlanner, Velocity
+from safe_passage.navigation.parameters import NavigatorParameters
+
+PLAN_PERIOD = 1.0  # [s] people move: plan anew
+NEAR_ENOUGH = 0.15  # [m] of the place where it turns to the goal's heading
+MARGIN = 0.05  # [m] beyond the inscribed radius that the way keeps
+STUCK = 2.0  # [s] blocked for longer, it backs off a little, once in BACK_OFF_PERIOD
+BACK_OFF_TIME, BACK_OFF_PERIOD = 2.0, 8.0  # [s]
+TURN_GAIN = 1.5  # [1/s]
+
+
+class State(enum.Enum):
+    """What the robot is doing about its goal."""
+
+    IDLE = "no goal"
+    DRIVING = "driving"
+    TURNING = "turning to the goal's heading"
+    DOCKING = "driving the last stretch straight"
+    WAITING = "waiting: the way is blocked"
+    SUCCEEDED = "goal reached"
+    ABORTED = "given up"
+
+
+class Navigator:
+    """Drives to a goal pose: to a place before it, turns, and goes the last stretch straight.
+
+    Args:
+        parameters: of robot and behaviour.
+        static: the map.
+    """
+
+    def __init__(self, parameters: NavigatorParameters, static: GridMap) -> None:
+        self.parameters = parameters
+        self._static = static
+        radius = float(np.abs(np.array(parameters.footprint)).min()) + MARGIN
+        self.planner = GlobalPlanner(static, radius, parameters.area_cost)
+        self._local = LocalPlanner(parameters)
+        self.state, self.goal = State.IDLE, (0.0, 0.0, 0.0)
+        self._via, self._phase = self.goal, State.DRIVING
+        self._planned = self._moved = -math.inf
+
+    def set_goal(self, goal: Pose) -> None:
+        """Go to `goal`, frame map. ValueError when it is not finite."""
+        if not all(map(math.isfinite, goal)):
+            raise ValueError(f"goal {goal}: must be finite")
+        self.goal, self.state, self._phase = goal, State.DRIVING, State.DRIVING
+        self._via = self._approach(goal)
+        self._planned = self._moved = -math.inf
+
+    def cancel(self) -> None:
+        """Forget the goal."""
+        self.state = State.IDLE
+
+    @property
+    def active(self) -> bool:
+        return self.state not in (State.IDLE, State.SUCCEEDED, State.ABORTED)
+
+    def step(
+        self, time: float, pose: Pose, now: Velocity, seen: GridMap, T_map_seen: Pose
+    ) -> Velocity:
+        """The velocity to drive from `time` [s] on.
+
+        pose: robot in map; now: what it drives; seen: the costmap's lethal cells, in their own
+        frame, which lies at T_map_seen in map.
+        """
+        if not self.active:
+            return Velocity()
+        if self._moved == -math.inf:
+            self._moved = time
+        if time - self._planned >= PLAN_PERIOD or time < self._planned:
+            self.planner.plan(self._via, placed(seen.centres(), T_map_seen))
+            self._planned = time
+        view = _View(pose, seen, compose(inverse(T_map_seen), pose), self._static, self.planner)
+        wanted = {
+            State.DRIVING: self._drive,
+            State.TURNING: self._turn,
+            State.DOCKING: self._dock,
+        }[self._phase](pose, now, view)
+        if not self.active:
+            return Velocity()
+        if wanted:
+            self._moved = time
+            self.state = self._phase
+            return wanted
+        self.state = State.WAITING
+        waited = time - self._moved
+        if waited > self.parameters.patience:
+            self.state = State.ABORTED
+        elif 0.0 <= waited % BACK_OFF_PERIOD - STUCK < BACK_OFF_TIME:
+            return self._local.back_off(view.is_free) or Velocity()
+        return Velocity()
+
+    def _approach(self, goal: Pose) -> Pose:
+        """Where it turns to the goal's heading: before the goal, if the map is free up to it."""
+        back = self.parameters.approach_distance
+        steps = [compose(goal, (-share * back, 0.0, 0.0)) for share in np.linspace(0.05, 1.0, 9)]
+        corners = np.array(self.parameters.footprint)
+        free = not self._static.at(placed(corners, np.array(steps)), outside=True).any()
+        return steps[-1] if free and back > 0.0 else goal
+
+    def _drive(self, pose: Pose, now: Velocity, view: _View) -> Velocity | None:
+        if math.hypot(pose[0] - self._via[0], pose[1] - self._via[1]) < NEAR_ENOUGH:
+            self._phase = State.TURNING
+            return self._turn(pose, now, view)
+        return self._local.choose(now, view.is_free, view.cost)
+
+    def _turn(self, pose: Pose, now: Velocity, view: _View) -> Velocity | None:
+        error = math.remainder(self._heading_to_goal(pose) - pose[2], 2.0 * math.pi)
+        if abs(error) < self.parameters.yaw_tolerance and abs(now.turn) < 0.2:
+            self._phase = State.DOCKING
+            return self._dock(pose, now, view)
+        turn = self._turn_rate(error)
+        return Velocity(0.0, turn) if self._local.can_turn(turn, view.is_free) else None
+
+    def _dock(self, pose: Pose, now: Velocity, view: _View) -> Velocity | None:
+        p = self.parameters
+        along, across, error = compose(inverse(pose), self.goal)
+        along = math.cos(error) * along + math.sin(error) * across  # on the goal's own axis
+        left = compose(inverse(self.goal), pose)[1]
+        if along < 0.01:
+            return self._finish(error, view)
+        speed = min(math.sqrt(2.0 * 0.5 * p.acceleration * along), 0.4)
+        steer = error - math.atan(2.0 * left)
+        turn = self._turn_rate(steer)
+        if self._local.free_way(speed, turn, 0.4, view.is_free):
+            return Velocity(speed, turn)
+        slow = 0.08  # [m/s] what is left may be less than a step at speed
+        if self._local.free_way(slow, turn, 0.2, view.is_free):
+            return Velocity(slow, turn)
+        if along < p.xy_tolerance:
+            return self._finish(error, view)
+        return None
+
+    def _finish(self, error: float, view: _View) -> Velocity | None:
+        """At the goal's place: turn what is left, as far as there is room."""
+        turn = self._turn_rate(error)
+        done = abs(error) < self.parameters.yaw_tolerance
+        if done or not self._local.can_turn(turn, view.is_free):
+            self.state = State.SUCCEEDED
+        return Velocity(0.0, turn)
+
+    def _heading_to_goal(self, pose: Pose) -> float:
+        """Towards the goal when it lies ahead of the turning place, else the goal's own."""
+        dx, dy = self.goal[0] - pose[0], self.goal[1] - pose[1]
+        far = self._via != self.goal and math.hypot(dx, dy) > 2.0 * NEAR_ENOUGH
+        return math.atan2(dy, dx) if far else self.goal[2]
+
+    def _turn_rate(self, error: float) -> float:
+        rate = TURN_GAIN * error
+        least = 0.08  # [rad/s] below it nothing moves
+        rate = math.copysign(max(abs(rate), least), error)
+        return float(np.clip(rate, -self.parameters.max_turn_rate, self.parameters.max_turn_rate))
+
+
+class _View:
+    """Map, costmap and navigation function at points of the robot's frame."""
+
+    def __init__(
+        self, pose: Pose, seen: GridMap, pose_seen: Pose, static: GridMap, planner: GlobalPlanner
+    ) -> None:
+        self._pose, self._seen, self._pose_seen = pose, seen, pose_seen
+        self._static, self._planner = static, planner
+
+    def is_free(self, points: np.ndarray) -> np.ndarray:
+        flat = points.reshape(-1, 2)
+        taken = self._seen.at(placed(flat, self._pose_seen), outside=False)
+        taken |= self._static.at(placed(flat, self._pose), outside=True)
+        return ~taken.reshape(points.shape[:-1])
+
+    def cost(self, points: np.ndarray) -> np.ndarray:
+        flat = points.reshape(-1, 2)
+        return self._planner.cost(placed(flat, self._pose)).reshape(points.shape[:-1])
