@@ -8,13 +8,13 @@ import numpy as np
 from bodies import Body
 
 STANCE = 0.62  # share of the cycle a foot is on the ground
-FLAT_AT = 0.27  # phase of a leg at which its foot is under the hip
+FLAT_AT = 0.25  # phase of a leg at which its foot is under the hip
 # Pitch of a foot [deg], toe up, over its own phase (0: heel strikes).
 PITCH = np.array(
     [[0.0, 18], [0.05, 9], [0.10, 0], [0.36, 0], [0.46, -12], [0.54, -32], [0.62, -52],
      [0.68, -56], [0.76, -34], [0.84, -8], [0.92, 12], [1.0, 18]]
 )  # fmt: skip
-LIFT = np.array([[0.62, 0.0], [0.70, 0.035], [0.78, 0.045], [0.88, 0.03], [0.95, 0.01], [1.0, 0.0]])
+LIFT = np.array([[0.62, 0.0], [0.69, 0.03], [0.78, 0.03], [0.88, -0.01], [0.94, 0.0], [1.0, 0.0]])
 CURL = 18.0  # [deg] of each joint of the fingers
 
 
@@ -93,7 +93,7 @@ class Poser:
         flat = np.array([x, y, joint[2] + self.sole])
         return flat + pivot - _about_y(-pitch) @ pivot
 
-    def _reach(self, x: float, y: float, z: float, label: str, stretch: float = 0.992) -> float:
+    def _reach(self, x: float, y: float, z: float, label: str, stretch: float = 0.997) -> float:
         """Greatest height of the hip joints [m] at which a leg still reaches its ankle."""
         side = 1.0 if label == "L" else -1.0
         hip_y = side * abs(self.body.joint("upperleg01.L")[1])

@@ -28,7 +28,7 @@ from painting import painted
 from people import PEOPLE, Person
 
 OUT = Path(__file__).resolve().parents[2] / "src/safe_passage/simulation/people"
-PHASES = 8  # of the walk
+PHASES = 16  # of the walk: a body moves 8 cm from one to the next
 STEP = 1e-4  # [m] of the stored coordinates
 FACES = {"jacket": 640, "trousers": 520, "head": 560, "skin": 110, "shoes": 60, "hair": 90,
          "helmet": 110}  # fmt: skip

@@ -36,7 +36,7 @@ def painted(
     """
     jobs = []  # (part, faces of this side, is the front)
     for part in parts:
-        front = _face_normals(part)[:, 0] >= 0.0
+        front = _in_front(part)
         jobs += [(part, part.faces[front], True), (part, part.faces[~front], False)]
     sizes = [_size(part) for part, _, _ in jobs]
     corners_at, height = _packed(sizes)
@@ -51,7 +51,7 @@ def painted(
     corners = []
     for i in range(0, len(jobs), 2):  # back into the order of the part's faces
         part = jobs[i][0]
-        front = _face_normals(part)[:, 0] >= 0.0
+        front = _in_front(part)
         both = np.empty_like(part.faces)
         both[front], both[~front] = faces_by_job[i], faces_by_job[i + 1]
         corners.append(both)
@@ -59,9 +59,18 @@ def painted(
     return picture, np.concatenate(texcoords), np.concatenate(corners)
 
 
-def _face_normals(part: Part) -> np.ndarray:
-    a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
-    return np.cross(b - a, c - a)
+def _in_front(part: Part) -> np.ndarray:
+    """(F,) which faces take their colours from the front picture: those that look forward.
+
+    On the head also where they lie counts: the jaw under an ear is hidden from behind.
+    """
+    corners = part.vertices[part.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    ahead = normals[:, 0] / np.maximum(np.linalg.norm(normals, axis=1), 1e-12)
+    if part.region == "head":
+        low, high = np.percentile(part.vertices[:, 0], [2, 98])
+        ahead = ahead + 3.0 * (corners[:, :, 0].mean(axis=1) - low) / (high - low) - 1.2
+    return ahead >= 0.0
 
 
 def _extent(part: Part) -> tuple[np.ndarray, np.ndarray]:

@@ -32,7 +32,7 @@ class Person:
     hair_low: float = -0.75  # lower end of the hair at the neck, in heights eye to crown
     hair_thickness: float = 0.012  # [m]
     looseness: float = 1.0  # of the clothes
-    step: float = 0.74  # stride (two steps) in body heights
+    step: float = 0.72  # stride (two steps) in body heights
     seed: int = field(default=0)  # of cloth folds
 
 
@@ -64,21 +64,21 @@ PEOPLE = (
         short_sleeves=True, hem=0.0, seed=4,
     ),
     Person(
-        "overall_man", 1.75, _body(0.0, 0.86, 0.50, 0.72), (218, 168, 144), (150, 148, 144),
-        jacket=(44, 84, 150), trousers=(42, 78, 142), shoes=(50, 40, 32), beard=True, bald=-0.0,
+        "overall_man", 1.75, _body(0.0, 0.86, 0.50, 0.92), (218, 168, 144), (150, 148, 144),
+        jacket=(44, 84, 150), trousers=(42, 78, 142), shoes=(50, 40, 32), beard=True, bald=0.12,
         hair_thickness=0.007, looseness=1.3, seed=5,
     ),
     Person(
-        "tall_man", 1.94, _body(0.0, 0.68, 0.55, 0.45), (196, 150, 120), (34, 26, 22),
+        "tall_man", 1.94, _body(0.0, 0.68, 0.55, 0.40), (196, 150, 120), (34, 26, 22),
         jacket=(206, 210, 214), trousers=(150, 134, 104), shoes=(86, 58, 38), hem=-0.01, seed=6,
     ),
     Person(
-        "old_woman", 1.56, _body(1.0, 0.92, 0.45, 0.60), (222, 180, 156), (176, 174, 172),
+        "old_woman", 1.56, _body(1.0, 0.92, 0.45, 0.78), (222, 180, 156), (176, 174, 172),
         jacket=(66, 104, 74), trousers=(92, 90, 92), shoes=(48, 44, 46), extras=("bob",),
         open_front=(214, 206, 190), hem=-0.06, looseness=1.2, seed=7,
     ),
     Person(
-        "helmet_man", 1.74, _body(0.0, 0.72, 0.66, 0.58), (176, 128, 98), (40, 30, 26),
+        "helmet_man", 1.74, _body(0.0, 0.72, 0.70, 0.66), (176, 128, 98), (40, 30, 26),
         jacket=(246, 120, 34), trousers=(40, 46, 70), shoes=(46, 42, 38), extras=("helmet",),
         reflective_jacket=True, looseness=1.25, seed=8,
     ),

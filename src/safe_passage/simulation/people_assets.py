@@ -48,6 +48,10 @@ class BodyMesh:
         """Indices (N,) of the vertices of a region's faces."""
         return np.unique(self.faces[self.face_regions == self.region_names.index(region)])
 
+    def pose_of(self, stands: bool, walked: float) -> int:
+        """Index of the pose of a body that stands, or has come `walked` [m] along its path."""
+        return 0 if stands else self.pose_at(walked)
+
     def pose_at(self, walked: float) -> int:
         """Index of the walking pose for a body that has come `walked` [m] along its path."""
         phase = (walked / self.stride_m) % 1.0
