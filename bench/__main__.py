@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-FULL = ["human_safety"]  # what `all` runs
+FULL = ["human_safety", "leg_tables"]  # what `all` runs
 NAMES = [*FULL, "detector", "merger", "costmap"]
 
 

@@ -118,7 +118,7 @@ def wait_until(news, reached, what, step=None):
 
 def output_of_refusal(program, *arguments):
     """What a node of this package prints before it exits with 1."""
-    (path,) = roslib.packages.find_node("safe_passage", program)
+    path, *_ = roslib.packages.find_node("safe_passage", program)  # python: the source comes last
     done = subprocess.run([path, *arguments], capture_output=True, text=True, timeout=TIMEOUT)
     output = done.stdout + done.stderr
     if done.returncode != 1:

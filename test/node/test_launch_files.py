@@ -3,6 +3,7 @@
 
 import itertools
 import sys
+import tempfile
 import threading
 import unittest
 from pathlib import Path
@@ -14,6 +15,7 @@ import roslaunch.rlutil
 import rospkg
 import rospy
 import rostest
+from leg_models import make_leg_model
 from node_testing import wait_until
 from roslib.packages import find_node
 from safe_passage.costmap import load_costmap_parameters
@@ -110,10 +112,12 @@ class LaunchFilesTest(unittest.TestCase):
                 self.assertEqual(strange, [], f"{stem}: {namespace}")
 
     def test_4_nodes_start_with_their_yaml(self):
-        for stem, extra in VARIANTS:
-            path = PACKAGE / "launch" / f"{stem}.launch"
-            off = ["rviz:=false"] if "rviz" in arguments_of(path) else []
-            self.start_and_stop(path, [*extra, *off])
+        with tempfile.TemporaryDirectory() as folder:
+            needed = {"leg_detector": [f"model:={make_leg_model(folder)}"]}  # none is shipped
+            for stem, extra in VARIANTS:
+                path = PACKAGE / "launch" / f"{stem}.launch"
+                off = ["rviz:=false"] if "rviz" in arguments_of(path) else []
+                self.start_and_stop(path, [*extra, *needed.get(stem, []), *off])
 
     def start_and_stop(self, path, arguments):
         nodes = [node.namespace + node.name for node in load(path, arguments).nodes]

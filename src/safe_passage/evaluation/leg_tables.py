@@ -12,6 +12,7 @@ from typing import Callable, Mapping, Sequence
 
 import numpy as np
 
+from safe_passage.core.errors import InputError
 from safe_passage.evaluation.detection_metrics import DetectionCounts
 from safe_passage.leg_detection.classifiers import CLASSIFIERS, LegModel, train
 from safe_passage.leg_detection.parameters import LegDetectorParameters
@@ -89,8 +90,14 @@ def table_2(models: Mapping[str, LegModel], runs: Sequence[Sequence[LabelledScan
 def cross_validate(
     name: str, segments: LabelledSegments, segmentation: SegmentationParameters
 ) -> DetectionCounts:
-    """Every group judged by classifier `name`, trained on all the others."""
+    """Every group judged by classifier `name`, trained on all the others.
+
+    Raises:
+        InputError: the legs are all of one group.
+    """
     known, counts = segments.known, DetectionCounts()
+    if len(np.unique(known.groups[known.labels == LEG])) < 2:
+        raise InputError("legs of one recording alone: cross-validation needs two at least")
     for group in np.unique(known.groups):
         held_out = known.groups == group
         model = train(name, known.where(~held_out), segmentation)
@@ -107,11 +114,12 @@ def judge(model: LegModel, segments: LabelledSegments) -> DetectionCounts:
 def scan_ms(model: LegModel, scans: Sequence[Scan]) -> float:
     """Median time [ms] of the whole detector on a scan; NaN without scans."""
     detector, times = LegDetector(model, LegDetectorParameters()), []
-    for scan in [*scans[:WARM_UP], *scans]:
+    warm_up = scans[:WARM_UP]
+    for scan in [*warm_up, *scans]:
         start = time.perf_counter()
         detector.detect(scan)
         times.append(time.perf_counter() - start)
-    return 1e3 * float(np.median(times[WARM_UP:])) if scans else float("nan")
+    return 1e3 * float(np.median(times[len(warm_up) :])) if scans else float("nan")
 
 
 def as_markdown(rows: Sequence[LegRow]) -> str:

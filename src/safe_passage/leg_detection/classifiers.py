@@ -19,15 +19,18 @@ from sklearn.ensemble import AdaBoostClassifier, RandomForestClassifier
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import QuantileTransformer
 from sklearn.svm import SVC
+from sklearn.tree import DecisionTreeClassifier
 
 from safe_passage.core.errors import InputError, ParameterError
 from safe_passage.core.parameters import check_choice, from_mapping
 from safe_passage.leg_detection.features import FEATURE_NAMES
 from safe_passage.leg_detection.segmentation import SegmentationParameters
-from safe_passage.leg_detection.training_data import LEG, LabelledSegments
+from safe_passage.leg_detection.training_data import LEG, OTHER, LabelledSegments
 
 CLASSIFIERS = ("adaboost", "svm", "random_forest")
 SEED = 1
+LEG_WEIGHT = 0.2  # of all weight in training: more finds more legs, and more that are none
+MAX_OTHERS = 20_000  # of more, an even choice: scans repeat each other, and an SVM's time is square
 FORMAT = "safe_passage leg model 1"
 
 
@@ -61,19 +64,20 @@ def train(
 ) -> LegModel:
     """Train classifier `name` on the segments whose label is known; the same data, the same model.
 
-    Legs are few among segments: both classes get the same weight in all.
+    Legs are few among segments, and how few differs from room to room: whatever their number, they
+    get LEG_WEIGHT.
 
     Raises:
         ParameterError: there is no such classifier.
         InputError: the segments are all legs, or none is.
     """
-    known = segments.known
+    known = _thinned(segments.known)
     legs = known.labels == LEG
     if legs.all() or not legs.any():
         raise InputError(
             f"{legs.sum()} legs and {(~legs).sum()} other segments: training needs both"
         )
-    weights = np.where(legs, 0.5 / legs.mean(), 0.5 / (1.0 - legs.mean()))
+    weights = np.where(legs, LEG_WEIGHT / legs.mean(), (1.0 - LEG_WEIGHT) / (1.0 - legs.mean()))
     estimator = _make(name)
     step = f"{estimator.steps[-1][0]}__" if hasattr(estimator, "steps") else ""
     estimator.fit(known.features, legs.astype(int), **{f"{step}sample_weight": weights})
@@ -115,12 +119,23 @@ def load(path: Path) -> LegModel:
     return LegModel(name, loaded, segmentation, trained_on)
 
 
+def _thinned(known: LabelledSegments) -> LabelledSegments:
+    """All legs and at most MAX_OTHERS others, from all over the recordings."""
+    others = np.flatnonzero(known.labels == OTHER)
+    chosen = known.labels == LEG
+    kept = np.linspace(0, len(others), min(len(others), MAX_OTHERS), endpoint=False).astype(int)
+    chosen[others[kept]] = True
+    return known.where(chosen)
+
+
 def _make(name: str) -> Any:
     check_choice("classifier", name, CLASSIFIERS)
-    if name == "adaboost":  # of decision stumps, scikit-learn's default
-        return AdaBoostClassifier(n_estimators=100, random_state=SEED)
+    if name == "adaboost":  # by position: the argument's name differs between versions
+        return AdaBoostClassifier(
+            DecisionTreeClassifier(max_depth=2), n_estimators=100, random_state=SEED
+        )
     if name == "svm":  # metres, radians and counts with long tails: ranks scale them all alike
-        return make_pipeline(QuantileTransformer(random_state=SEED), SVC())
+        return make_pipeline(QuantileTransformer(n_quantiles=100, random_state=SEED), SVC())
     return RandomForestClassifier(n_estimators=15, max_depth=10, random_state=SEED)
 
 

@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 import safe_passage.leg_detection.classifiers as classifiers
-from leg_detection_world import walk
+from leg_world import walk
 from safe_passage.core.errors import InputError, ParameterError
 from safe_passage.leg_detection.classifiers import CLASSIFIERS, load, save, train
 from safe_passage.leg_detection.segmentation import SegmentationParameters
@@ -62,6 +62,24 @@ def test_unknown_segments_are_not_learnt(segments):
     expected = train("random_forest", unsure.known, P).probabilities(segments.features)
     found = train("random_forest", unsure, P).probabilities(segments.features)
     assert np.array_equal(found, expected)
+
+
+def test_many_others_are_thinned_evenly_and_no_leg_is_lost(segments, monkeypatch):
+    learnt = []
+
+    class Spy:
+        def fit(self, features, labels, sample_weight):
+            learnt.append((features, labels, sample_weight))
+
+    monkeypatch.setattr(classifiers, "MAX_OTHERS", 100)
+    monkeypatch.setattr(classifiers, "_make", lambda name: Spy())
+    train("svm", segments, P)
+    features, labels, weights = learnt[0]
+    assert labels.sum() == segments.count(LEG)
+    assert (labels == 0).sum() == 100
+    assert weights[labels == 1].sum() / weights.sum() == pytest.approx(classifiers.LEG_WEIGHT)
+    others = segments.features[segments.labels == 0]
+    assert np.array_equal(features[labels == 0][1], others[len(others) // 100])
 
 
 def test_comes_back_from_its_file(model, segments, tmp_path):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from leg_detection_world import look, walk
+from leg_world import look, walk
 from safe_passage.core.errors import ParameterError
 from safe_passage.leg_detection.classifiers import train
 from safe_passage.leg_detection.parameters import LegDetectorParameters

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from leg_detection_world import ANGLES, LEG_RADIUS, look, walk
+from leg_world import ANGLES, LEG_RADIUS, look, walk
 from safe_passage.leg_detection.scan import Scan
 from safe_passage.leg_detection.segmentation import SegmentationParameters, Segments, segment
 from safe_passage.leg_detection.training_data import (

@@ -1,0 +1,80 @@
+"""Recorded scans and leg positions, from bags."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import rosbag
+
+from safe_passage.core.errors import InputError
+from safe_passage.leg_detection.scan import Scan
+from safe_passage.leg_detection.training_data import LegRecording
+from safe_passage.ros.costmap_conversions import UnusableMessageError
+from safe_passage.ros.leg_conversions import from_message
+
+SCAN, LEGS = "sensor_msgs/LaserScan", "geometry_msgs/PoseArray"
+
+
+def read_positive(path: Path) -> LegRecording:
+    """A bag of scans, each with its legs: one LaserScan topic and one PoseArray topic.
+
+    The n-th PoseArray holds the legs of the n-th scan, in the scanner's frame; their stamps are not
+    looked at, because recordings leave them empty.
+
+    Raises:
+        InputError: no bag, other topics, or not as many leg messages as scans.
+    """
+    topics, messages = _read(path, (SCAN, LEGS))
+    scan_topics = [topic for topic, kind in topics.items() if kind == SCAN]
+    leg_topics = [topic for topic, kind in topics.items() if kind == LEGS]
+    if len(scan_topics) != 1 or len(leg_topics) != 1:
+        raise InputError(
+            f"{path}: needs one topic of {SCAN} and one of {LEGS}, has {sorted(topics) or 'none'}"
+        )
+    scans, arrays = messages[scan_topics[0]], messages[leg_topics[0]]
+    if len(scans) != len(arrays):
+        raise InputError(f"{path}: {len(scans)} scans, but leg positions of {len(arrays)}")
+    legs = [
+        np.array([(pose.position.x, pose.position.y) for pose in array.poses]).reshape(-1, 2)
+        for array in arrays
+    ]
+    return LegRecording(path.stem, [_scan(scan, path) for scan in scans], legs)
+
+
+def read_negative(path: Path) -> list[LegRecording]:
+    """A bag recorded where nobody was: one recording for each LaserScan topic.
+
+    Raises:
+        InputError: no bag, or no scans in it.
+    """
+    topics, messages = _read(path, (SCAN,))
+    if not topics:
+        raise InputError(f"{path}: no topic of {SCAN}")
+    return [
+        LegRecording(path.stem, [_scan(scan, path) for scan in messages[topic]], None)
+        for topic in sorted(topics)
+    ]
+
+
+def _read(path: Path, kinds: tuple[str, ...]) -> tuple[dict[str, str], dict[str, list]]:
+    """Topic -> type, topic -> messages in order, of the topics of these types."""
+    try:
+        with rosbag.Bag(str(path)) as bag:
+            types = bag.get_type_and_topic_info().topics
+            topics = {name: topic.msg_type for name, topic in types.items()}
+            topics = {name: kind for name, kind in topics.items() if kind in kinds}
+            messages = defaultdict(list)
+            for name, message, _ in bag.read_messages(topics=list(topics)) if topics else ():
+                messages[name].append(message)
+    except (OSError, rosbag.ROSBagException) as error:
+        raise InputError(f"{path}: {error}") from None
+    return topics, messages
+
+
+def _scan(message: object, path: Path) -> Scan:
+    try:
+        return from_message(message)
+    except UnusableMessageError as error:
+        raise InputError(f"{path}: a scan with {error}") from None
