@@ -102,8 +102,9 @@ def test_a_right_angle():
 
 
 def test_an_even_number_has_the_median_between_its_middle_two():
-    found = features([(0.0, 1.0), (1.0, 1.0), (2.0, 1.0), (7.0, 1.0)])
-    assert found["mean_deviation_from_median"] == pytest.approx((1.5 + 0.5 + 0.5 + 5.5) / 4)
+    found = features([(0.0, 1.0), (1.0, 1.0), (2.0, 1.0), (7.0, 5.0)])
+    away = 1.5 + 0.5 + 0.5 + math.hypot(5.5, 4.0)
+    assert found["mean_deviation_from_median"] == pytest.approx(away / 4)
 
 
 def test_jumps_are_to_the_neighbours_ends():
@@ -167,10 +168,10 @@ def test_speed_along_the_beam():
 
 
 def test_speed_only_of_beams_that_returned_twice():
-    before, after = scan([np.nan, 2.0, 2.0, 2.0], 1.0), scan([2.0, 2.1, np.inf, 11.0], 1.1)
-    assert beam_speeds(after, before, 0.5) == pytest.approx(
-        [np.nan, 1.0, np.nan, np.nan], nan_ok=True
-    )
+    before = scan([np.nan, 2.0, 2.0, 2.0, 0.0, 11.0], 1.0)
+    after = scan([2.0, 2.1, np.inf, 11.0, 2.0, 2.0], 1.1)
+    expected = [np.nan, 1.0, np.nan, np.nan, np.nan, np.nan]
+    assert beam_speeds(after, before, 0.5) == pytest.approx(expected, nan_ok=True)
     speeds = np.array([np.nan, 1.0, np.nan])
     found = features([(1.0, 0.0), (1.0, 0.1)], [(3.0, 0.0)], speeds=speeds)
     assert found["mean_speed"].tolist() == [1.0, 0.0]

@@ -56,6 +56,20 @@ def test_the_threshold_decides(model):
     assert len(surest.legs) <= 2
 
 
+def test_small_segments_are_not_classified():
+    class Spy:
+        segmentation = P
+
+        def probabilities(self, features):
+            assert features[:, 0].tolist() == [3, 5]
+            return np.array([0.0, 1.0])
+
+    ranges = np.repeat([3.0, 1.0, 4.0, 2.0, 5.0], [2, 3, 1, 5, 2])
+    found = LegDetector(Spy(), LegDetectorParameters()).detect(Scan(ranges, 0.0, 0.01))
+    (leg,) = found.legs
+    assert np.hypot(*leg.position) == pytest.approx(2.0, abs=0.01)
+
+
 def test_forgets_the_last_scan(model):
     """After a reset the speed of a segment is unknown again."""
     speeds = []
