@@ -59,7 +59,7 @@ class Judge:
             found = [(b[:4], b[4]) for b in network.detect(bgr)]
             answers.append(any(p >= 0.25 and iou(b, box) >= 0.4 for b, p in found))
         frame = detection.from_depth(depth, bgr, detection.Intrinsics(*camera.intrinsics))
-        T = camera.T_base_camera()
+        T = camera.pose_in_base()
         seed = detection.GroundPlane(T[2, :3], T[2, 3])
         for detector in self._methods:
             detector.reset()
@@ -102,8 +102,7 @@ class Studio:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Picture, depth [m] and the person's box (x0, y0, x1, y1) [px]."""
         x, y, heading = VIEWS[view % len(VIEWS)]
-        away = walkers.PersonState(-100.0, 0.0, 0.0, (0.0, 0.0), 0.0)
-        states = [away] * len(self.bodies)
+        states: list[walkers.PersonState | None] = [None] * len(self.bodies)
         body = self.bodies[person]
         walked = 0.0 if pose == 0 else float(body.phases[pose]) * body.stride_m
         side = 0.25 * math.sin(3.7 * view)  # not always in the middle of the picture
@@ -127,7 +126,7 @@ class Studio:
         c, s = math.cos(yaw), math.sin(yaw)
         points = vertices @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
         points = points + np.array([distance, side, 0.0])
-        T = self.camera.T_base_camera()
+        T = self.camera.pose_in_base()
         seen = (points - T[:3, 3]) @ T[:3, :3]
         fx, fy, cx, cy = self.camera.intrinsics
         pixels = np.stack(
