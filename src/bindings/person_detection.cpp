@@ -157,6 +157,7 @@ PYBIND11_MODULE(_person_detection, m) {
       .def_readwrite("family", &YoloParameters::family)
       .def_readwrite("input_width", &YoloParameters::input_width)
       .def_readwrite("input_height", &YoloParameters::input_height)
+      .def_readwrite("propose", &YoloParameters::propose)
       .def_readwrite("person_class", &YoloParameters::person_class)
       .def_readwrite("backend", &YoloParameters::backend)
       .def_readwrite("target", &YoloParameters::target);

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <limits>
 
+#include "safe_passage/person_detection/box_candidates.h"
+
 namespace safe_passage::person_detection {
 namespace {
 
@@ -20,6 +22,8 @@ class StopWatch {
   std::vector<StageTime>& times_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
+
+constexpr float kSameBody = 0.3F;  // intersection over union of two ROIs; in a queue less
 
 std::unique_ptr<PersonConfidence> make_confidence(const DetectorParameters& parameters) {
   if (parameters.method == Method::kYolo) return std::make_unique<YoloConfidence>(parameters.yolo);
@@ -51,11 +55,49 @@ DetectionResult PersonDetector::detect(const RgbdFrame& frame,
   auto candidates = head_subclusters(result.points, result.clusters, parameters_.heads);
   project_rois(candidates, result.points, result.ground.plane, frame.camera);
   watch.lap("head sub-clusters");
-  const auto scores = confidence_->score(frame.bgr, candidates);
+  const auto [scores, unmatched] = confidence_->score(frame.bgr, candidates);
   watch.lap(parameters_.method == Method::kYolo ? "confidence YOLO" : "confidence HOG");
   for (std::size_t i = 0; i < candidates.size(); ++i)
     result.detections.push_back({std::move(candidates[i]), scores[i], scores[i] >= threshold()});
+  reject_doubles(result.detections);
+  add_from_picture(result, unmatched, frame.camera);
+  watch.lap("candidates of the picture");
   return result;
+}
+
+void PersonDetector::reject_doubles(std::vector<Detection>& detections) const {
+  std::vector<Detection*> accepted;
+  for (Detection& detection : detections)
+    if (detection.accepted) accepted.push_back(&detection);
+  std::stable_sort(accepted.begin(), accepted.end(), [](const Detection* a, const Detection* b) {
+    return a->confidence > b->confidence;
+  });
+  std::vector<Detection> kept;
+  for (Detection* detection : accepted) {
+    detection->accepted = !is_known(detection->candidate, kept);
+    if (detection->accepted) kept.push_back(*detection);
+  }
+}
+
+void PersonDetector::add_from_picture(DetectionResult& result, const std::vector<Box>& boxes,
+                                      const Intrinsics& camera) const {
+  if (!parameters_.yolo.propose) return;
+  for (const Box& box : boxes) {
+    if (box.probability < threshold()) continue;
+    auto candidate =
+        candidate_in_box(box, result.points, result.ground.plane, camera, parameters_.heads);
+    if (candidate && !is_known(*candidate, result.detections))
+      result.detections.push_back({std::move(*candidate), box.probability, true});
+  }
+}
+
+bool PersonDetector::is_known(const Candidate& candidate,
+                              const std::vector<Detection>& detections) const {
+  return std::any_of(detections.begin(), detections.end(), [&](const Detection& other) {
+    const Eigen::Vector2f apart = (other.candidate.head - candidate.head).head<2>();
+    return other.accepted && apart.norm() < parameters_.heads.body_radius &&
+           overlap(other.candidate.roi, candidate.roi) > kSameBody;
+  });
 }
 
 double PersonDetector::threshold() const {

@@ -18,8 +18,7 @@ HogConfidence::HogConfidence(const HogParameters& parameters) : parameters_(para
   hog_.setSVMDetector(cv::HOGDescriptor::getDefaultPeopleDetector());
 }
 
-std::vector<float> HogConfidence::score(const cv::Mat& bgr,
-                                        const std::vector<Candidate>& candidates) {
+Scores HogConfidence::score(const cv::Mat& bgr, const std::vector<Candidate>& candidates) {
   std::vector<float> scores(candidates.size());
   cv::parallel_for_(cv::Range(0, static_cast<int>(candidates.size())), [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
@@ -30,7 +29,7 @@ std::vector<float> HogConfidence::score(const cv::Mat& bgr,
       }
     }
   });
-  return scores;
+  return {std::move(scores), {}};
 }
 
 float HogConfidence::margin(const cv::Mat& bgr, const cv::Rect& roi, double size) const {

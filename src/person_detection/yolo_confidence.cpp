@@ -11,7 +11,7 @@ namespace safe_passage::person_detection {
 namespace {
 
 constexpr double kSuppressionOverlap = 0.45;  // non-maximum suppression, intersection over union
-constexpr double kLeastMatch = 0.25;          // intersection over union of a candidate and its box
+constexpr double kLeastMatch = 0.40;          // intersection over union of a candidate and its box
 
 using Decoder = std::vector<Box> (*)(const std::vector<cv::Mat>&, const OutputLayout&);
 const std::map<std::string, Decoder> kDecoders = {{"darknet", decode_darknet},
@@ -112,12 +112,6 @@ std::vector<Box> suppress_overlaps(std::vector<Box> boxes) {
   return kept;
 }
 
-float overlap(const cv::Rect2f& a, const cv::Rect2f& b) {
-  const float both = (a & b).area();
-  const float either = a.area() + b.area() - both;
-  return either > 0.0F ? both / either : 0.0F;
-}
-
 }  // namespace
 
 YoloConfidence::YoloConfidence(const YoloParameters& parameters)
@@ -164,10 +158,8 @@ std::vector<Box> YoloConfidence::detect(const cv::Mat& bgr) {
   return suppress_overlaps(std::move(boxes));
 }
 
-std::vector<float> YoloConfidence::score(const cv::Mat& bgr,
-                                         const std::vector<Candidate>& candidates) {
-  std::vector<float> scores(candidates.size(), 0.0F);
-  if (candidates.empty() || bgr.empty()) return scores;
+Scores YoloConfidence::score(const cv::Mat& bgr, const std::vector<Candidate>& candidates) {
+  if (bgr.empty()) return {std::vector<float>(candidates.size(), 0.0F), {}};
   // A box ends at the image's border, so the ROI it is held against must too.
   const cv::Rect2f image(cv::Point2f(), cv::Size2f(bgr.size()));
   std::vector<cv::Rect2f> rois;
@@ -175,7 +167,13 @@ std::vector<float> YoloConfidence::score(const cv::Mat& bgr,
   return match_boxes(rois, detect(bgr));
 }
 
-std::vector<float> match_boxes(const std::vector<cv::Rect2f>& rois, const std::vector<Box>& boxes) {
+float overlap(const cv::Rect2f& a, const cv::Rect2f& b) {
+  const float both = (a & b).area();
+  const float either = a.area() + b.area() - both;
+  return either > 0.0F ? both / either : 0.0F;
+}
+
+Scores match_boxes(const std::vector<cv::Rect2f>& rois, const std::vector<Box>& boxes) {
   struct Pair {
     float overlap;
     std::size_t roi, box;
@@ -188,14 +186,16 @@ std::vector<float> match_boxes(const std::vector<cv::Rect2f>& rois, const std::v
     }
   std::sort(pairs.begin(), pairs.end(),
             [](const Pair& a, const Pair& b) { return a.overlap > b.overlap; });
-  std::vector<float> scores(rois.size(), 0.0F);
+  Scores result{std::vector<float>(rois.size(), 0.0F), {}};
   std::vector<bool> matched(rois.size()), used(boxes.size());
   for (const Pair& pair : pairs) {
     if (matched[pair.roi] || used[pair.box]) continue;
     matched[pair.roi] = used[pair.box] = true;
-    scores[pair.roi] = boxes[pair.box].probability;
+    result.scores[pair.roi] = boxes[pair.box].probability;
   }
-  return scores;
+  for (std::size_t b = 0; b < boxes.size(); ++b)
+    if (!used[b]) result.unmatched.push_back(boxes[b]);
+  return result;
 }
 
 }  // namespace safe_passage::person_detection

@@ -67,6 +67,7 @@ void read_confidence(Parameters& reader, DetectorParameters& p) {
   reader.read("yolo/family", p.yolo.family);
   reader.read("yolo/input_width", p.yolo.input_width, {32, 4096}, "px");
   reader.read("yolo/input_height", p.yolo.input_height, {32, 4096}, "px");
+  reader.read("yolo/propose", p.yolo.propose);
   reader.read("yolo/person_class", p.yolo.person_class, {0, 10000}, "");
   reader.read("yolo/backend", p.yolo.backend);
   reader.read("yolo/target", p.yolo.target);

@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "safe_passage/person_detection/box_candidates.h"
 #include "safe_passage/person_detection/detector.h"
 #include "safe_passage/person_detection/frame_io.h"
 
@@ -273,8 +274,60 @@ TEST(Roi, SpansFromHeadToFeet) {
 
 TEST(Matching, GivesEachBoxToTheRoiItFitsBest) {
   const std::vector<cv::Rect2f> rois = {{0, 0, 10, 20}, {2, 0, 10, 20}, {100, 0, 10, 20}};
-  const auto scores = match_boxes(rois, {{{2, 0, 10, 20}, 0.8F}, {{300, 0, 10, 20}, 0.9F}});
+  const auto [scores, unmatched] =
+      match_boxes(rois, {{{2, 0, 10, 20}, 0.8F}, {{300, 0, 10, 20}, 0.9F}});
   EXPECT_EQ(scores, (std::vector<float>{0.0F, 0.8F, 0.0F}));
+  ASSERT_EQ(unmatched.size(), 1U);
+  EXPECT_FLOAT_EQ(unmatched[0].probability, 0.9F);
+}
+
+const Intrinsics kCamera{500.0, 500.0, 320.0, 240.0};
+
+// The picture of a person of 1.75 m at (x, 0), seen from 1.2 m.
+Box box_of_person(float x) {
+  const float top = 240.0F - 500.0F * 0.55F / x, feet = 240.0F + 500.0F * 1.2F / x;
+  const float half = 500.0F * 0.25F / x;
+  return {{320.0F - half, top, 2.0F * half, feet - top}, 0.9F};
+}
+
+void add_wall(Points& points, float x) {
+  for (float y = -1.5F; y <= 1.5F; y += 0.06F)
+    for (float z = 0.12F; z <= 2.28F; z += 0.06F) points.push_back({x, y, z});
+}
+
+std::optional<Candidate> in_box(const Box& box, const Points& points) {
+  return candidate_in_box(box, points, level(1.2F), kCamera, HeadParameters{});
+}
+
+TEST(BoxCandidate, IsTheBodyBeforeAWallThatItTouches) {
+  Points points;
+  add_person(points, 3.0F, 0.0F);
+  add_wall(points, 3.2F);
+  EXPECT_TRUE(candidates_of(points).empty());  // the wall is higher than the head beside it
+  const auto candidate = in_box(box_of_person(3.0F), points);
+  ASSERT_TRUE(candidate);
+  EXPECT_NEAR(candidate->head.x(), 3.0F, 0.2F);
+  EXPECT_NEAR(candidate->head.y(), 0.0F, 0.1F);
+  EXPECT_NEAR(candidate->head.z(), 1.75F, 0.1F);
+}
+
+TEST(BoxCandidate, IsTheBodyBehindAnUpright) {
+  Points points;
+  add_person(points, 4.0F, 0.0F);
+  add_cylinder(points, 2.5F, 0.05F, 0.05F, 0.12F, 2.28F);
+  const auto candidate = in_box(box_of_person(4.0F), points);
+  ASSERT_TRUE(candidate);
+  EXPECT_NEAR(candidate->head.x(), 4.0F, 0.25F);
+}
+
+TEST(BoxCandidate, IsNoneWithoutABodyInTheBox) {
+  EXPECT_FALSE(in_box(box_of_person(3.0F), {}));
+  Points low;  // a carton, and a person in a picture on it
+  add_cylinder(low, 3.0F, 0.0F, 0.3F, 0.12F, 0.7F);
+  EXPECT_FALSE(in_box(box_of_person(3.0F), low));
+  Points behind;
+  add_person(behind, -3.0F, 0.0F);
+  EXPECT_FALSE(in_box(box_of_person(3.0F), behind));
 }
 
 constexpr double kFloor = 0.1;

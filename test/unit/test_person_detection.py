@@ -53,6 +53,7 @@ def test_stages_are_timed(result):
         "clusters",
         "head sub-clusters",
         "confidence HOG",
+        "candidates of the picture",
     ]
 
 

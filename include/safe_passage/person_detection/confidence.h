@@ -10,13 +10,22 @@
 
 namespace safe_passage::person_detection {
 
+struct Box {
+  cv::Rect2f rect;  // [px]
+  float probability;
+};
+
+struct Scores {
+  std::vector<float> scores;   // one a candidate; greater means surer, the scale is the method's
+  std::vector<Box> unmatched;  // persons in the picture that are no candidate's
+};
+
 class PersonConfidence {
  public:
   virtual ~PersonConfidence() = default;
 
-  // One score a candidate, whose ROI is filled in. Greater means surer; the scale is the method's.
-  virtual std::vector<float> score(const cv::Mat& bgr,
-                                   const std::vector<Candidate>& candidates) = 0;
+  // The candidates' ROIs are filled in.
+  virtual Scores score(const cv::Mat& bgr, const std::vector<Candidate>& candidates) = 0;
 };
 
 struct HogParameters {
@@ -30,7 +39,7 @@ struct HogParameters {
 class HogConfidence : public PersonConfidence {
  public:
   explicit HogConfidence(const HogParameters& parameters);
-  std::vector<float> score(const cv::Mat& bgr, const std::vector<Candidate>& candidates) override;
+  Scores score(const cv::Mat& bgr, const std::vector<Candidate>& candidates) override;
 
  private:
   float margin(const cv::Mat& bgr, const cv::Rect& roi, double size) const;
@@ -40,28 +49,24 @@ class HogConfidence : public PersonConfidence {
 };
 
 struct YoloParameters {
-  double threshold = 0.25;  // probability from which a candidate is a person
-  std::string model;        // path of .weights (Darknet) or .onnx
-  std::string config;       // path of the .cfg (Darknet only); empty: the model's with .cfg
+  double threshold = 0.2;  // probability from which a candidate is a person
+  std::string model;       // path of .weights (Darknet) or .onnx
+  std::string config;      // path of the .cfg (Darknet only); empty: the model's with .cfg
   std::string family =
       "auto";  // auto, darknet, yolov5 (to v7), yolov8 (and later), yolov8_heads, nanodet
-  int input_width = 256;  // [px] multiples of 32
-  int input_height = 192;
-  int person_class = 0;             // 0 in COCO
+  int input_width = 416;  // [px] multiples of 32
+  int input_height = 320;
+  bool propose = true;   // persons that only the picture shows are located in it by depth
+  int person_class = 0;  // 0 in COCO
   std::string backend = "default";  // default, opencv, cuda
   std::string target = "cpu";       // cpu, cuda, cuda_fp16, opencl
-};
-
-struct Box {
-  cv::Rect2f rect;  // [px]
-  float probability;
 };
 
 class YoloConfidence : public PersonConfidence {
  public:
   // Throws std::runtime_error naming the parameter when the model cannot be used.
   explicit YoloConfidence(const YoloParameters& parameters);
-  std::vector<float> score(const cv::Mat& bgr, const std::vector<Candidate>& candidates) override;
+  Scores score(const cv::Mat& bgr, const std::vector<Candidate>& candidates) override;
 
   // Persons in the whole image, before they are held against candidates.
   std::vector<Box> detect(const cv::Mat& bgr);
@@ -72,9 +77,12 @@ class YoloConfidence : public PersonConfidence {
   std::vector<std::string> outputs_;
 };
 
+// Intersection over union.
+float overlap(const cv::Rect2f& a, const cv::Rect2f& b);
+
 // One score a ROI: the probability of the box it overlaps most, 0 without one. A box serves one
-// ROI.
-std::vector<float> match_boxes(const std::vector<cv::Rect2f>& rois, const std::vector<Box>& boxes);
+// ROI; those that serve none are unmatched.
+Scores match_boxes(const std::vector<cv::Rect2f>& rois, const std::vector<Box>& boxes);
 
 // Decoders of a network's raw output to boxes in network pixels, one a family. They throw
 // std::runtime_error when the output has not the family's shape.

@@ -50,6 +50,11 @@ class PersonDetector {
 
  private:
   double threshold() const;
+  // A shoulder or a raised arm can pass for a second head: of several on one body, the surest.
+  void reject_doubles(std::vector<Detection>& detections) const;
+  void add_from_picture(DetectionResult& result, const std::vector<Box>& boxes,
+                        const Intrinsics& camera) const;
+  bool is_known(const Candidate& candidate, const std::vector<Detection>& detections) const;
 
   DetectorParameters parameters_;
   VoxelGrid voxels_;

@@ -29,6 +29,13 @@ def inverse(a: Pose) -> Pose:
     return -c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]
 
 
+def matrix(pose: Pose) -> np.ndarray:
+    """(4, 4) of a pose on the floor."""
+    T = np.eye(4)
+    T[:2, :2], T[:2, 3] = rotation(pose[2]), pose[:2]
+    return T
+
+
 def placed(points: np.ndarray, poses: Pose | np.ndarray) -> np.ndarray:
     """`points` (N, 2) of a body at `poses` (..., 3), in the poses' frame: (..., N, 2)."""
     at = np.asarray(poses, float)

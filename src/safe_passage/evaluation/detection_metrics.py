@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Collection, Iterable
 
 import numpy as np
 
@@ -65,6 +66,34 @@ class DetectionCounts:
         """F1 of the same recall and FP rate among candidates of which this share are persons."""
         found = person_share * self.recall
         return 2.0 * found / (found + person_share + (1.0 - person_share) * self.fp_rate)
+
+
+def count_frame(
+    candidates: Iterable[tuple[bool, int | None]],
+    wanted: Collection[int],
+    optional: Collection[int] = (),
+) -> DetectionCounts:
+    """Count one frame's candidates.
+
+    Args:
+        candidates: (accepted, the person that it is or None), the surest first.
+        wanted: persons that must be found.
+        optional: persons that may be found or missed: candidates that are theirs do not count.
+
+    A second accepted candidate on the same person is a false one: the robot would see two.
+    """
+    found: set[int] = set()
+    counts = DetectionCounts()
+    for accepted, owner in candidates:
+        if owner in optional:
+            continue
+        if accepted:
+            new = owner is not None and owner not in found
+            counts += DetectionCounts(tp=int(new), fp=int(not new))
+            found |= {owner} if owner is not None else set()
+        elif owner is None:
+            counts += DetectionCounts(tn=1)
+    return counts + DetectionCounts(fn=len(set(wanted) - found))
 
 
 def _ratio(part: int, whole: int) -> float:

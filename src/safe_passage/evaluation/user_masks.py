@@ -7,7 +7,7 @@ from typing import Any, Iterable
 import cv2
 import numpy as np
 
-from safe_passage.evaluation.detection_metrics import DetectionCounts
+from safe_passage.evaluation.detection_metrics import DetectionCounts, count_frame
 
 LEAST_PERSON = 2000  # [px] smaller regions of a mask are its specks
 LEAST_SHARE = 0.5  # of a candidate's own points that must lie on a person to be that person
@@ -36,21 +36,10 @@ def judge(
         pixels: for each, its own points in the image (N, 2) as integer column, row.
         persons: masks from `persons_in`.
 
-    A candidate is the person on which most of its points lie. A second accepted candidate on the
-    same person is a false one: the robot would see two.
+    A candidate is the person on which most of its points lie.
     """
-    found: set[int] = set()
-    counts = DetectionCounts()
-    for detection, points in zip(detections, pixels):
-        owner = _owner(points, persons)
-        if detection.accepted:
-            new = owner is not None and owner not in found
-            counts += DetectionCounts(tp=int(new), fp=int(not new))
-            if owner is not None:
-                found.add(owner)
-        elif owner is None:
-            counts += DetectionCounts(tn=1)
-    return counts + DetectionCounts(fn=len(persons) - len(found))
+    owners = ((d.accepted, _owner(points, persons)) for d, points in zip(detections, pixels))
+    return count_frame(owners, range(len(persons)))
 
 
 def _owner(points: np.ndarray, persons: list[np.ndarray]) -> int | None:

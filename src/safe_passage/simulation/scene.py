@@ -18,7 +18,7 @@ import mujoco  # noqa: E402
 from safe_passage.core.geometry import Pose  # noqa: E402
 from safe_passage.simulation import materials  # noqa: E402
 from safe_passage.simulation.people_assets import BodyMesh  # noqa: E402
-from safe_passage.simulation.robots import CameraModel, Robot  # noqa: E402
+from safe_passage.simulation.robots import CameraModel, LidarModel, Robot  # noqa: E402
 from safe_passage.simulation.walkers import PersonState  # noqa: E402
 from safe_passage.simulation.worlds import Block, World  # noqa: E402
 
@@ -69,14 +69,16 @@ class Scene:
         self.data.mocap_pos[mocap] = (pose[0], pose[1], 0.0)
         self.data.mocap_quat[mocap] = _quaternion(pose[2])
 
-    def place_people(self, states: Sequence[PersonState]) -> None:
-        """Put everyone where it is, in its pose."""
+    def place_people(self, states: Sequence[PersonState | None]) -> None:
+        """Put everyone where it is, in its pose; None: it is not there."""
         for i, (state, body) in enumerate(zip(states, self.bodies)):
+            self.model.geom_group[self._poses[i]] = HIDDEN
+            if state is None:
+                continue
             mocap = self.model.body_mocapid[self.model.body(f"person{i}").id]
             self.data.mocap_pos[mocap] = (state.x, state.y, 0.0)
             self.data.mocap_quat[mocap] = _quaternion(state.yaw)
-            shown = 0 if state.stands else body.pose_at(state.walked)
-            self.model.geom_group[self._poses[i]] = HIDDEN
+            shown = body.pose_of(state.stands, state.walked)
             self.model.geom_group[self._poses[i][shown]] = PEOPLE
 
     def settle(self) -> None:
@@ -109,6 +111,13 @@ class Scene:
         )
         met = geoms >= 0
         return Hits(np.where(met, distances, np.inf), self._person_of_geom[geoms])
+
+    def scan(self, lidar: LidarModel, T_map_base: np.ndarray) -> Hits:
+        """What the lidar's beams meet, without noise."""
+        T = T_map_base @ lidar.pose_in_base()
+        angles = lidar.angles()
+        rays = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
+        return self.cast(T[:3, 3], rays @ T[:3, :3].T, lidar.range_max, lidar.z < LOW_TOP)
 
     def render(self, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
         """What a camera of the robot sees, without noise.

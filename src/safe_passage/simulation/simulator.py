@@ -12,7 +12,7 @@ from typing import Sequence
 
 import numpy as np
 
-from safe_passage.core.geometry import Pose, outline, placed
+from safe_passage.core.geometry import Pose, matrix, outline, placed
 from safe_passage.simulation.drive import Base, Twist
 from safe_passage.simulation.people_assets import list_people, load_person
 from safe_passage.simulation.robots import CameraModel, LidarModel, Robot
@@ -100,10 +100,7 @@ class Simulator:
     def scan(self, lidar: LidarModel) -> LidarScan:
         """What `lidar` measures now."""
         self._settle()
-        T = self._base_in_map() @ lidar.pose_in_base()
-        angles = lidar.angles()
-        rays = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
-        hits = self.scene.cast(T[:3, 3], rays @ T[:3, :3].T, lidar.range_max, low=True)
+        hits = self.scene.scan(lidar, matrix(self.base.pose))
         ranges = measured_ranges(hits.distances, lidar, self._rng("scan", lidar.name))
         return LidarScan(ranges, hits.persons, hits.distances)
 
@@ -114,7 +111,7 @@ class Simulator:
         rng = self._rng("frame", camera.name)
         depth = measured_depth(exact, camera, rng)
         colour = measured_colour(bgr, camera, rng)
-        return CameraFrame(colour, depth, exact, self._base_in_map() @ camera.pose_in_base())
+        return CameraFrame(colour, depth, exact, matrix(self.base.pose) @ camera.pose_in_base())
 
     def distance_to_people(self) -> float:
         """[m] from the robot's outline to the nearest person's middle; inf without people."""
@@ -135,11 +132,6 @@ class Simulator:
             self.scene.place_people(self.people())
             self.scene.settle()
             self._settled = self._steps
-
-    def _base_in_map(self) -> np.ndarray:
-        x, y, yaw = self.base.pose
-        c, s = math.cos(yaw), math.sin(yaw)
-        return np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, 0], [0, 0, 0, 1.0]])
 
     def _rng(self, kind: str, name: str) -> np.random.Generator:
         label = int.from_bytes(f"{kind}/{name}".encode(), "little")
