@@ -71,9 +71,14 @@ class Simulator:
         self.map = make_map(world, robot.height)
         self._walkers = [Walker(plan) for plan in plans]
         self._outline = outline(np.array(robot.footprint), spacing=0.04)
-        self._steps = 0
-        self.base = Base(robot.drive, start or world.start, np.random.default_rng((seed, 1)))
-        self._settled = -1
+        self._start = start or world.start
+        self.restart()
+
+    def restart(self) -> None:
+        """Back to time 0 and the robot's start."""
+        rng = np.random.default_rng((self.seed, 1))
+        self.base = Base(self.robot.drive, self._start, rng)
+        self._steps, self._settled = 0, -1
 
     @property
     def time(self) -> float:
