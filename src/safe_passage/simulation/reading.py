@@ -1,0 +1,89 @@
+"""Yaml into dataclasses: a field's annotation says what its value must be, errors name the key."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from typing import Any, Mapping, Sequence, TypeVar
+
+import yaml
+
+from safe_passage.core.errors import InputError, ParameterError
+from safe_passage.core.parameters import check_flag, check_text, from_mapping
+
+T = TypeVar("T")
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """The file's mapping; InputError names the file when it cannot be read."""
+    try:
+        values = yaml.safe_load(path.read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise InputError(f"{path}: {error}") from None
+    if not isinstance(values, dict):
+        raise InputError(f"{path}: not a mapping")
+    return values
+
+
+def build(cls: type[T], entry: Any, where: str) -> T:
+    """Make the dataclass `cls` of a yaml mapping.
+
+    Fields of the types float, int, bool and str, and tuples of such, are checked and converted.
+
+    Raises:
+        ParameterError: names `where` and the key that is missing, not known or wrong.
+    """
+    if not isinstance(entry, Mapping):
+        raise ParameterError(f"{where} is {entry!r}, must be a mapping of keys to values")
+    fields = {field.name: field for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
+    if not set(entry) <= set(fields):
+        from_mapping(cls, entry, where)  # names the one that is not known
+    for name, field in fields.items():
+        given = (field.default, field.default_factory) != (dataclasses.MISSING,) * 2
+        if not given and name not in entry:
+            raise ParameterError(f"{where}: {name} is missing")
+    typed = {
+        key: _typed(str(fields[key].type), value, f"parameter {where}/{key}")
+        for key, value in entry.items()
+    }
+    return from_mapping(cls, typed, where)
+
+
+def build_list(cls: type[T], entries: Any, where: str) -> tuple[T, ...]:
+    """The same of each entry of a list; nothing at all is an empty one."""
+    if not isinstance(entries, (list, tuple, type(None))):
+        raise ParameterError(f"{where} is {entries!r}, must be a list")
+    return tuple(build(cls, entry, f"{where}[{i}]") for i, entry in enumerate(entries or ()))
+
+
+def _typed(kind: str, value: Any, name: str) -> Any:
+    """`value` as the annotation `kind` wants it."""
+    if kind.startswith("tuple["):
+        return _typed_tuple(kind[len("tuple[") : -1], value, name)
+    if kind == "float":
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ParameterError(f"{name} is {value!r}, must be a number")
+        if not math.isfinite(value):
+            raise ParameterError(f"{name} is {value!r}, must be finite")
+        return float(value)
+    if kind == "int" and (isinstance(value, bool) or not isinstance(value, int)):
+        raise ParameterError(f"{name} is {value!r}, must be a whole number")
+    if kind == "bool":
+        check_flag(name, value)
+    if kind == "str":
+        check_text(name, value, may_be_empty=True)
+    return value
+
+
+def _typed_tuple(inner: str, value: Any, name: str) -> tuple:
+    """`inner`: "KIND, KIND" for so many values, or "KIND, ..." for any number."""
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        raise ParameterError(f"{name} is {value!r}, must be a list")
+    repeated = inner.endswith(", ...")
+    kinds = [inner[: -len(", ...")]] * len(value) if repeated else inner.split(", ")
+    if len(kinds) != len(value):
+        raise ParameterError(f"{name} is {value!r}, must hold {len(kinds)} values")
+    return tuple(
+        _typed(kind, one, f"{name}[{i}]") for i, (kind, one) in enumerate(zip(kinds, value))
+    )
