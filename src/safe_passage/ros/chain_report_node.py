@@ -56,15 +56,23 @@ class ChainReport:
 
     def listen(self, seconds: float) -> str:
         """Collect for `seconds` with a progress bar; returns the table as Markdown."""
-        with self._lock:
-            for output in self._outputs.values():
-                output.ages.clear()
-                output.figures.clear()
+        self.start()
         steps = 40
         for step in range(steps + 1):
             _show_progress(step / steps, step * seconds / steps)
             if step < steps:
                 self._stopped.wait(seconds / steps)
+        return self.table(seconds)
+
+    def start(self) -> None:
+        """Forget what was collected so far."""
+        with self._lock:
+            for output in self._outputs.values():
+                output.ages.clear()
+                output.figures.clear()
+
+    def table(self, seconds: float) -> str:
+        """What `seconds` of collecting have brought, as Markdown."""
         with self._lock:
             return self._table(seconds)
 

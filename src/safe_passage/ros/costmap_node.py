@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import defaultdict
+from typing import Callable
 
 import rospy
 import tf2_ros
@@ -12,6 +13,7 @@ from geometry_msgs.msg import PolygonStamped
 from map_msgs.msg import OccupancyGridUpdate
 from nav_msgs.msg import OccupancyGrid
 
+from safe_passage.core.geometry import Pose
 from safe_passage.costmap import (
     CostmapUpdate,
     LocalCostmap,
@@ -24,19 +26,24 @@ from safe_passage.ros.costmap_conversions import to_grid, to_grid_update, to_pol
 from safe_passage.ros.costmap_inputs import QUEUE, CostmapSource, RobotPose
 from safe_passage.ros.diagnostics import NodeDiagnostics
 
+OnUpdate = Callable[[CostmapUpdate, Pose, rospy.Time], None]
 SILENT_AFTER = 1.0  # s without a message before diagnostics report an error
 
 
 class CostmapNode(rospy.SubscribeListener):
-    """Parameters and topics live in `namespace`: the node's own (~), or a part of it (~name/)."""
+    """Parameters and topics live in `namespace`: the node's own (~), or a part of it (~name/).
 
-    def __init__(self, namespace: str = "~") -> None:
+    `on_update` is called after each update with it, the robot's pose in the global frame, and now.
+    """
+
+    def __init__(self, namespace: str = "~", on_update: OnUpdate | None = None) -> None:
         super().__init__()
         loaded = load_costmap_parameters(rospy.get_param(namespace.rstrip("/"), {}))
         for warning in loaded.warnings:
             rospy.logwarn(f"{rospy.resolve_name(namespace)}: {warning}")
         self._parameters = parameters = loaded.parameters
         self._costmap = LocalCostmap(parameters)
+        self._on_update = on_update
         self._area = PublicationArea(parameters.always_send_full_costmap)
         self._area_lock = threading.Lock()
         self._jumps, self._published = JumpDetector(), rospy.Time()
@@ -52,6 +59,11 @@ class CostmapNode(rospy.SubscribeListener):
             self._cycle(rospy.Time.now())
             rate.sleep()
 
+    @property
+    def base_frame(self) -> str:
+        """Frame of the robot."""
+        return self._parameters.robot_base_frame
+
     def peer_subscribe(self, *_: object) -> None:
         """A newcomer needs a whole map: the latched one lacks the updates since."""
         with self._area_lock:
@@ -59,12 +71,12 @@ class CostmapNode(rospy.SubscribeListener):
 
     def _subscribe(self) -> None:
         self._diagnostics = NodeDiagnostics(SILENT_AFTER)
-        self._tf = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._tf)
-        self._robot = RobotPose(self._parameters, self._tf, self._diagnostics)
+        self.tf = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self.tf)
+        self._robot = RobotPose(self._parameters, self.tf, self._diagnostics)
         self._sources = {
             (layer, source.name): CostmapSource(
-                source, self._parameters, self._tf, self._diagnostics
+                source, self._parameters, self.tf, self._diagnostics
             )
             for layer, source in self._parameters.sources
         }
@@ -97,6 +109,8 @@ class CostmapNode(rospy.SubscribeListener):
         update = self._costmap.update(pose, self._pending, now.to_sec())
         self._pending.clear()
         self._publish(update, now)
+        if self._on_update:
+            self._on_update(update, pose, now)
         if arrived:
             self._diagnostics.latency(time.monotonic() - min(arrived))
 
@@ -126,7 +140,7 @@ class CostmapNode(rospy.SubscribeListener):
 
     def _restart(self) -> None:
         rospy.logwarn("the clock went back: the costmap starts anew")
-        self._tf.clear()
+        self.tf.clear()
         for source in self._sources.values():
             source.restart()
         self._pending.clear()

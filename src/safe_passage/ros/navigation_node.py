@@ -1,4 +1,4 @@
-"""Becomes move_base where the navigation stack is installed; says so where it is not."""
+"""Becomes move_base where the navigation stack is installed, else the simple navigator."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import rospkg
 import rospy
 from roslib.packages import find_node
 
-from safe_passage.ros.costmap_node import CostmapNode
+from safe_passage.ros.simple_navigator_node import SimpleNavigatorNode
 
 NEEDED = ("move_base", "costmap_2d", "teb_local_planner", "global_planner")
-COSTMAP = "~local_costmap/"  # where move_base keeps its local costmap too
+COSTMAP = "~local_costmap/"  # where move_base keeps its own
 
 
 def missing_packages() -> list[str]:
@@ -28,8 +28,8 @@ def main() -> None:
         os.execv(programs[0], [programs[0], *sys.argv[1:]])
     rospy.init_node("move_base")
     rospy.logwarn(
-        f"move_base is not started: {', '.join(missing) or 'its program'} not installed. "
-        f"The local costmap runs alone, on {rospy.resolve_name(COSTMAP)}/costmap, with the same "
-        "parameters; nothing plans and nothing drives."
+        f"move_base is not started: {', '.join(missing) or 'its program'} not installed. A simple "
+        f"navigator takes its action and topics; its local costmap is on "
+        f"{rospy.resolve_name(COSTMAP)}/costmap, with the same parameters."
     )
-    CostmapNode(COSTMAP).spin()
+    SimpleNavigatorNode(COSTMAP).spin()
