@@ -6,15 +6,15 @@ Frame: base_footprint, x forward, y left, z up from the floor (REP 105).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Mapping, Sequence
 
 import numpy as np
-import yaml
 
-from safe_passage.core.errors import InputError, ParameterError
-from safe_passage.core.parameters import check_flag, check_range, from_mapping
+from safe_passage.core.errors import ParameterError
+from safe_passage.core.parameters import check_flag, check_range
+from safe_passage.simulation.reading import build, build_list, read_yaml
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,8 @@ class LidarModel:
     def __post_init__(self) -> None:
         check_range("beams", self.beams, 2, 100000, "beams")
         check_range("field_of_view", self.field_of_view, 0.1, 2 * math.pi, "rad")
+        check_range("range_min", self.range_min, 0.0, 10.0, "m")
+        check_range("range_max", self.range_max, self.range_min, 1000.0, "m")
         check_range("rate", self.rate, 0.1, 1000.0, "Hz")
         check_range("noise", self.noise, 0.0, 1.0, "m")
         check_range("dropout", self.dropout, 0.0, 1.0, "")
@@ -83,6 +85,7 @@ class CameraModel:
         check_range("baseline", self.baseline, 0.001, 1.0, "m")
         check_range("disparity_noise", self.disparity_noise, 0.0, 10.0, "px")
         check_range("disparity_step", self.disparity_step, 0.0, 10.0, "px")
+        check_range("colour_noise", self.colour_noise, 0.0, 255.0, "grey levels")
 
     @property
     def intrinsics(self) -> tuple[float, float, float, float]:
@@ -106,6 +109,25 @@ class PartModel:
     z: float = 0.0  # [m] lower face
     size: tuple[float, float, float] = (0.1, 0.1, 0.1)  # [m]
     colour: tuple[float, float, float] = (0.2, 0.2, 0.2)  # RGB, 0 to 1
+
+    def __post_init__(self) -> None:
+        for side in self.size:
+            check_range("size", side, 0.001, 10.0, "m")
+        for share in self.colour:
+            check_range("colour", share, 0.0, 1.0, "")
+
+
+@dataclass(frozen=True)
+class ArmModel:
+    """An arm on the body; the robot's cameras see it, its lidars pass under it."""
+
+    urdf: str  # file, or PACKAGE/PATH in a Python package, as pybullet_data/kuka_iiwa/model.urdf
+    x: float = 0.0  # [m] of its root link
+    y: float = 0.0  # [m]
+    z: float = 0.0  # [m] over the floor
+    yaw: float = 0.0  # [rad]
+    joints: tuple[str, ...] = ()  # in the order of its positions; empty: as in the URDF
+    positions: tuple[float, ...] = ()  # [rad] at the start; empty: zeros
 
 
 @dataclass(frozen=True)
@@ -143,11 +165,20 @@ class Robot:
     parts: tuple[PartModel, ...]
     lidars: tuple[LidarModel, ...]
     cameras: tuple[CameraModel, ...]
+    arm: ArmModel | None = None
 
     def __post_init__(self) -> None:
         check_range("height", self.height, 0.1, 5.0, "m")
         if len(self.footprint) < 3:
             raise ParameterError("footprint: three or more points [x, y] in m")
+        for kind, sensors in (("lidars", self.lidars), ("cameras", self.cameras)):
+            names = [sensor.name for sensor in sensors]  # type: ignore[attr-defined]
+            if len(set(names)) < len(names):
+                raise ParameterError(f"{kind}: two of the same name among {', '.join(names)}")
+
+    def without_arm(self) -> Robot:
+        """The same, for a machine on which the arm's model is not installed."""
+        return replace(self, arm=None)
 
 
 def transform(place: Sequence[float], yaw_pitch: tuple[float, float]) -> np.ndarray:
@@ -165,25 +196,15 @@ def load_robot(path: Path) -> Robot:
     Raises:
         InputError: the file cannot be read. ParameterError: names the key at fault.
     """
-    try:
-        values = yaml.safe_load(path.read_text())
-    except (OSError, yaml.YAMLError) as error:
-        raise InputError(f"{path}: {error}") from None
-    if not isinstance(values, dict):
-        raise InputError(f"{path}: not a mapping")
-    return make_robot(values, str(path))
+    return make_robot(read_yaml(path), str(path))
 
 
 def make_robot(values: Mapping[str, Any], where: str = "robot") -> Robot:
-    """Build a robot of the yaml's contents."""
+    """Build a robot of the yaml's contents; ParameterError names what is wrong in it."""
     built = dict(values)
-    built["drive"] = from_mapping(DriveModel, built.get("drive") or {}, f"{where}/drive")
-    lists = {"parts": PartModel, "lidars": LidarModel, "cameras": CameraModel}
-    for key, model in lists.items():
-        entries = enumerate(built.get(key) or ())
-        built[key] = tuple(from_mapping(model, e, f"{where}/{key}[{i}]") for i, e in entries)
-    missing = {"name", "footprint", "height"} - set(built)
-    if missing:
-        raise ParameterError(f"{where}: {sorted(missing)[0]} is missing")
-    built["footprint"] = tuple((float(x), float(y)) for x, y in built["footprint"])
-    return from_mapping(Robot, built, where)
+    built["drive"] = build(DriveModel, built.get("drive") or {}, f"{where}/drive")
+    for key, model in {"parts": PartModel, "lidars": LidarModel, "cameras": CameraModel}.items():
+        built[key] = build_list(model, built.get(key), f"{where}/{key}")
+    if built.get("arm") is not None:
+        built["arm"] = build(ArmModel, built["arm"], f"{where}/arm")
+    return build(Robot, built, where)

@@ -75,9 +75,12 @@ class Simulator:
         self.restart()
 
     def restart(self) -> None:
-        """Back to time 0 and the robot's start."""
+        """Back to time 0 and the robot's start, its arm too."""
         rng = np.random.default_rng((self.seed, 1))
         self.base = Base(self.robot.drive, self._start, rng)
+        self._arm = np.zeros(len(self.joint_names))
+        if self.robot.arm and self.robot.arm.positions:
+            self._arm[:] = self.robot.arm.positions
         self._steps, self._settled = 0, -1
 
     @property
@@ -88,6 +91,23 @@ class Simulator:
     def people(self) -> list[PersonState]:
         """Everyone now."""
         return [walker.at(self.time) for walker in self._walkers]
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Of the robot's arm, in the order of `arm_positions`; without an arm empty."""
+        return self.scene.joint_names
+
+    @property
+    def arm_positions(self) -> np.ndarray:
+        """(J,) [rad] of the arm's joints; to be set as a whole."""
+        return self._arm.copy()
+
+    @arm_positions.setter
+    def arm_positions(self, positions: Sequence[float] | np.ndarray) -> None:
+        wanted = np.array(positions, float)
+        if wanted.shape != self._arm.shape or not np.isfinite(wanted).all():
+            raise ValueError(f"arm positions {positions}: must be {len(self._arm)} finite angles")
+        self._arm, self._settled = wanted, -1
 
     def command(self, twist: Twist) -> None:
         """Drive so, until another command or the drive's timeout."""
@@ -135,6 +155,7 @@ class Simulator:
         if self._settled != self._steps:
             self.scene.place_robot(self.base.pose)
             self.scene.place_people(self.people())
+            self.scene.place_arm(self._arm)
             self.scene.settle()
             self._settled = self._steps
 
