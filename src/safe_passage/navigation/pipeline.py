@@ -14,10 +14,11 @@ from safe_passage.navigation.local_planner import LocalPlanner, Velocity
 from safe_passage.navigation.parameters import NavigatorParameters
 
 PLAN_PERIOD = 1.0  # [s] people move: plan anew
-NEAR_ENOUGH = 0.15  # [m] of the place where it turns to the goal's heading
+NEAR_ENOUGH = 0.2  # [m] of the place where it turns to the goal's heading
 MARGIN = 0.05  # [m] beyond the inscribed radius that the way keeps
-STUCK = 2.0  # [s] blocked for longer, it backs off a little, once in BACK_OFF_PERIOD
-BACK_OFF_TIME, BACK_OFF_PERIOD = 2.0, 8.0  # [s]
+STUCK = 3.0  # [s] at one place for longer, it backs off a little, once in BACK_OFF_PERIOD
+BACK_OFF_TIME, BACK_OFF_PERIOD = 2.5, 12.0  # [s]
+STEP, TURN = 0.05, 0.2  # [m], [rad] that are a move
 TURN_GAIN = 1.5  # [1/s]
 
 
@@ -49,7 +50,7 @@ class Navigator:
         self._local = LocalPlanner(parameters)
         self.state, self.goal = State.IDLE, (0.0, 0.0, 0.0)
         self._via, self._phase = self.goal, State.DRIVING
-        self._planned = self._moved = -math.inf
+        self._planned, self._progress = -math.inf, _Progress()
 
     def set_goal(self, goal: Pose) -> None:
         """Go to `goal`, frame map. ValueError when it is not finite."""
@@ -57,7 +58,7 @@ class Navigator:
             raise ValueError(f"goal {goal}: must be finite")
         self.goal, self.state, self._phase = goal, State.DRIVING, State.DRIVING
         self._via = self._approach(goal)
-        self._planned = self._moved = -math.inf
+        self._planned, self._progress = -math.inf, _Progress()
 
     def cancel(self) -> None:
         """Forget the goal."""
@@ -77,8 +78,7 @@ class Navigator:
         """
         if not self.active:
             return Velocity()
-        if self._moved == -math.inf:
-            self._moved = time
+        p = self.parameters
         if time - self._planned >= PLAN_PERIOD or time < self._planned:
             self.planner.plan(self._via, placed(seen.centres(), T_map_seen))
             self._planned = time
@@ -90,17 +90,13 @@ class Navigator:
         }[self._phase](pose, now, view)
         if not self.active:
             return Velocity()
-        if wanted:
-            self._moved = time
-            self.state = self._phase
-            return wanted
-        self.state = State.WAITING
-        waited = time - self._moved
-        if waited > self.parameters.patience:
+        self.state = self._phase if wanted else State.WAITING
+        if self._progress.lost_for(time, pose, float(view.cost(np.zeros((1, 2)))[0])) > p.patience:
             self.state = State.ABORTED
-        elif 0.0 <= waited % BACK_OFF_PERIOD - STUCK < BACK_OFF_TIME:
+            return Velocity()
+        if self._progress.must_back_off(time):
             return self._local.back_off(view.is_free) or Velocity()
-        return Velocity()
+        return wanted or Velocity()
 
     def _approach(self, goal: Pose) -> Pose:
         """Where it turns to the goal's heading: before the goal, if the map is free up to it."""
@@ -162,6 +158,33 @@ class Navigator:
         least = 0.08  # [rad/s] below it nothing moves
         rate = math.copysign(max(abs(rate), least), error)
         return float(np.clip(rate, -self.parameters.max_turn_rate, self.parameters.max_turn_rate))
+
+
+class _Progress:
+    """Tells dithering and waiting from getting on."""
+
+    def __init__(self) -> None:
+        self._place: Pose = (math.inf, 0.0, 0.0)
+        self._arrived = self._gained = 0.0  # [s] at this place; when the cost last fell
+        self._least = math.inf  # [m]
+        self._back_off_end = self._back_off_next = -math.inf  # [s]
+
+    def lost_for(self, time: float, pose: Pose, cost: float) -> float:
+        """[s] since the robot last got nearer to its goal."""
+        apart = math.hypot(pose[0] - self._place[0], pose[1] - self._place[1])
+        turned = abs(math.remainder(pose[2] - self._place[2], 2.0 * math.pi))
+        if apart > STEP or turned > TURN:
+            self._place, self._arrived = pose, time
+        if cost < self._least - STEP:
+            self._least, self._gained = cost, time
+        return time - self._gained
+
+    def must_back_off(self, time: float) -> bool:
+        """Whether it is stuck, or still backing off because it was."""
+        if time - self._arrived > STUCK and time >= self._back_off_next:
+            self._back_off_end = time + BACK_OFF_TIME
+            self._back_off_next = time + BACK_OFF_PERIOD
+        return time < self._back_off_end
 
 
 class _View:

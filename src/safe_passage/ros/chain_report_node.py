@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import rospy
 from map_msgs.msg import OccupancyGridUpdate
+from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 
 from safe_passage.msg import PersonArray
@@ -26,18 +27,23 @@ class Output:
     figures: list[float] = field(default_factory=list)  # the topic's own, see FIGURES
 
 
+COSTMAP = "costmap"
 FIGURES = {
     "persons": "persons seen",
     "scan": "beams with a return",
     "scan_human_aware": "beams shortened by safety areas",
-    "local_costmap/costmap_updates": "lethal cells in the update",
+    COSTMAP: "lethal cells in the map or its update",
 }
 
 
 class ChainReport:
-    """Collects, shows progress, prints a table."""
+    """Collects, shows progress, prints a table.
 
-    def __init__(self) -> None:
+    Args:
+        costmap: topic of whole maps; its updates are on the same name with _updates.
+    """
+
+    def __init__(self, costmap: str = "local_costmap/costmap") -> None:
         self._lock = threading.Condition()
         self._outputs = {name: Output() for name in FIGURES}
         self._stopped = threading.Event()
@@ -46,7 +52,8 @@ class ChainReport:
         rospy.Subscriber("persons", PersonArray, self._on_persons)
         rospy.Subscriber("scan", LaserScan, self._on_scan)
         rospy.Subscriber("scan_human_aware", LaserScan, self._on_merged)
-        rospy.Subscriber("local_costmap/costmap_updates", OccupancyGridUpdate, self._on_costmap)
+        rospy.Subscriber(costmap, OccupancyGrid, self._on_costmap)
+        rospy.Subscriber(costmap + "_updates", OccupancyGridUpdate, self._on_costmap)
 
     def wait_for_all(self, timeout: float) -> list[str]:
         """Wait until every topic has spoken; returns those that have not after `timeout` [s]."""
@@ -125,9 +132,9 @@ class ChainReport:
             shortened = np.isfinite(merged) & ~(merged == real)
             self._note("scan_human_aware", stamp, shortened.sum())
 
-    def _on_costmap(self, message: OccupancyGridUpdate) -> None:
+    def _on_costmap(self, message: OccupancyGrid | OccupancyGridUpdate) -> None:
         lethal = np.count_nonzero(np.asarray(message.data) == LETHAL)
-        self._note("local_costmap/costmap_updates", message.header.stamp, lethal)
+        self._note(COSTMAP, message.header.stamp, lethal)
 
 
 def _show_progress(share: float, seconds: float) -> None:

@@ -8,6 +8,7 @@ import actionlib
 import numpy as np
 import rospy
 import tf2_ros
+from actionlib.server_goal_handle import ServerGoalHandle
 from geometry_msgs.msg import Point, PoseStamped, Quaternion, Twist, Vector3
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
@@ -22,6 +23,7 @@ from safe_passage.navigation import Navigator, NavigatorParameters, State
 from safe_passage.navigation.global_planner import GlobalPlanner
 from safe_passage.navigation.local_planner import Velocity
 from safe_passage.ros import conversions
+from safe_passage.ros.clock import JumpDetector
 from safe_passage.ros.costmap_node import CostmapNode
 from safe_passage.ros.simulation_conversions import to_quaternion
 
@@ -57,6 +59,8 @@ class SimpleNavigatorNode:
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._on_simple_goal, queue_size=1)
         rospy.on_shutdown(self._stop)
         self._server.start()
+        _survive_clock_jumps(self._server)
+        self._jumps = JumpDetector()
         rospy.loginfo(f"simple navigator waits for {rospy.resolve_name('map')} and for a goal")
 
     def spin(self) -> None:
@@ -120,6 +124,8 @@ class SimpleNavigatorNode:
 
     def _on_costmap(self, update: CostmapUpdate, pose: Pose, now: rospy.Time) -> None:
         """Drive on; no call of the action server is made under our lock, for it has its own."""
+        if self._jumps.jumped_back(now):
+            self._forget_goal()
         with self._lock:
             if self._navigator is None or not self._navigator.active:
                 return
@@ -137,6 +143,19 @@ class SimpleNavigatorNode:
             return
         self._drive(velocity)
         self._report(state, planner, in_map, now)
+
+    def _forget_goal(self) -> None:
+        """After a clock jump: the server would take every new goal for older than the last."""
+        rospy.logwarn("the clock went back: the goal is given up")
+        with self._lock:
+            if self._navigator:
+                self._navigator.cancel()
+            self._twist_stamp = rospy.Time()
+        self._stop()
+        if self._server.is_active():
+            self._server.set_aborted(text="the clock went back")
+        self._server.current_goal = ServerGoalHandle()
+        self._server.next_goal = ServerGoalHandle()
 
     def _pose_in_map(self, now: rospy.Time) -> Pose | None:
         base = self._costmap.base_frame
@@ -171,6 +190,14 @@ class SimpleNavigatorNode:
             self._server.set_succeeded(text=state.value)
         elif state is State.ABORTED:
             self._server.set_aborted(text=f"{state.value}, {State.WAITING.value}")
+
+
+def _survive_clock_jumps(server: actionlib.SimpleActionServer) -> None:
+    """actionlib's own timer ends for good when the clock goes back."""
+    inner = server.action_server
+    inner.status_timer.shutdown()
+    period = rospy.Duration.from_sec(1.0 / inner.status_frequency)
+    inner.status_timer = rospy.Timer(period, inner.publish_status_async, reset=True)
 
 
 def _stamped(pose: Pose, frame: str, stamp: rospy.Time) -> PoseStamped:

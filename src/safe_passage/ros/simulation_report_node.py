@@ -170,7 +170,7 @@ def main() -> None:
     args = parser.parse_args(rospy.myargv()[1:])
     rospy.init_node("simulation_report", anonymous=True)
     footprint = np.array(rospy.get_param("move_base/SimpleNavigator/footprint"))
-    chain, report = ChainReport(), SimulationReport(footprint)
+    chain, report = ChainReport("move_base/local_costmap/costmap"), SimulationReport(footprint)
     trips = plan_trips(
         rospy.get_param("warehouse_sim/world"), args.near, float(footprint[:, 0].max())
     )
