@@ -132,18 +132,22 @@ class WallElement:
         check_range("thickness", self.thickness, 0.01, 2.0, "m")
         check_range("z", self.z, 0.0, 100.0, "m")
         check_range("height", self.height, 0.01, 100.0, "m")
-        if len(self.points) < 2 or any(a == b for a, b in zip(self.points, self.points[1:])):
-            raise ParameterError("points: two or more points [x, y] in m, each apart from the last")
+        apart = [math.dist(a, b) for a, b in zip(self.points, self.points[1:])]
+        if not apart or min(apart) < self.thickness:
+            raise ParameterError(
+                "points: two or more [x, y] in m, farther apart than the thickness"
+            )
 
     def build(self, hall: Hall) -> None:
         half, last = 0.5 * self.thickness, len(self.points) - 2
         for i, (start, end) in enumerate(zip(self.points, self.points[1:])):
             dx, dy = end[0] - start[0], end[1] - start[1]
-            before, after = (half if i > 0 else 0.0), (half if i < last else 0.0)  # closed corners
-            length = before + math.hypot(dx, dy) + after
+            first = half if i > 0 else 0.0  # at a bend a piece butts against the one before it,
+            more = half if i < last else 0.0  # which closes the corner
+            length = math.hypot(dx, dy) - first + more
             place = (*start, math.atan2(dy, dx))
             size = (length, self.thickness, self.height)
-            hall.add_wall(place, (-before, -half, self.z), size, self.material)
+            hall.add_wall(place, (first, -half, self.z), size, self.material)
 
 
 def _pallet(hall: Hall, pose: Pose, z: float, full: bool) -> None:

@@ -167,12 +167,12 @@ class StoolElement:
 
 
 def _put_tools(hall: Hall, place: Pose, half: tuple[float, float], z: float) -> None:
-    """Three things somewhere on a plate that reaches `half` [m] each way."""
+    """Some things somewhere on a plate that reaches `half` [m] each way."""
     a, b = half
-    for _ in range(3):
-        size = hall.rng.uniform(0.12, 0.35, 3)
+    for material in hall.rng.choice(("plastic", "metal", "cardboard", "beam"), 4):
+        size = hall.rng.uniform((0.08, 0.06, 0.03), (0.35, 0.25, 0.22))
         low = hall.rng.uniform((-a, -b), (a - size[0], b - size[1]))
-        hall.add(place, (*low, z), size, "plastic", float(hall.rng.uniform(0.5, 1.0)))
+        hall.add(place, (*low, z), size, str(material), float(hall.rng.uniform(0.6, 1.1)))
 
 
 def _check_size(element: Any, names: Sequence[str]) -> None:
