@@ -8,18 +8,27 @@ from typing import Any, Mapping
 
 import numpy as np
 
-from safe_passage.core.geometry import Pose, compose, inverse
+from safe_passage.core.geometry import Pose, compose, inverse, placed
 from safe_passage.evaluation.human_safety_chain import HumanSafetyChain
 from safe_passage.evaluation.scenarios import PALLET_LENGTH, Scenario
 from safe_passage.navigation import Navigator, NavigatorParameters, State
 from safe_passage.navigation.local_planner import Velocity
 from safe_passage.simulation.drive import Twist
-from safe_passage.simulation.robots import Robot
-from safe_passage.simulation.simulator import Simulator
+from safe_passage.simulation.robots import CameraModel, Robot
+from safe_passage.simulation.simulator import CameraFrame, Simulator
+from safe_passage.simulation.truth import persons_in_view
 from safe_passage.simulation.worlds import World
 
 CONTROL_STEPS = 4  # simulator steps between two cycles of sensing, mapping and driving: 10 Hz
-MOVING = 0.05  # [m/s] slower, the robot stands
+MOVING = 0.05  # [m/s], [rad/s] slower, the robot stands
+AT_PERSON = 0.5  # [m] from its place, a detection is the person's
+# What `RunResult.track` holds of each cycle: [s], [m], [rad], frame map; distance [m] from the
+# robot's outline to the person's middle; share of the person that the camera sees, NaN without
+# camera; whether the person was detected; detections of nobody
+TRACK = (
+    *("time", "x", "y", "yaw", "person_x", "person_y"),
+    *("distance", "visible", "seen", "false"),
+)
 
 
 @dataclass(frozen=True)
@@ -34,12 +43,15 @@ class RunResult:
     min_distance_moving: float  # [m] the same while the robot moved
     pallet_gap: float  # [m] between the robot's front and the pallet in the end
     bumps: int  # steps that ended at an obstacle
-    track: np.ndarray  # (N, 6): time [s], robot x, y [m], yaw [rad], person x, y [m]; frame map
-    seen: float  # share of cycles with an accepted detection
+    track: np.ndarray  # (N, 10), see TRACK
 
     @property
     def reached(self) -> bool:
         return self.state is State.SUCCEEDED
+
+    def column(self, name: str) -> np.ndarray:
+        """One of TRACK, (N,)."""
+        return self.track[:, TRACK.index(name)]
 
 
 def run_scenario(
@@ -59,14 +71,16 @@ def run_scenario(
     driver = Navigator(navigator, simulator.map)
     driver.set_goal(scenario.goal)
     lidar, camera = robot.lidars[0], robot.cameras[0]
-    track, bumps, seen = [], 0, 0
+    track, bumps = [], 0
+    found, visible = np.empty((0, 2)), math.nan
     nearest = nearest_moving = math.inf
     try:
         while driver.active and simulator.time < most_seconds:
             time, base = simulator.time, simulator.base
             if method != "none":
                 frame = simulator.frame(camera)
-                seen += len(chain.see(frame.depth, frame.bgr, camera, base.odometry, time)) > 0
+                found = chain.see(frame.depth, frame.bgr, camera, base.odometry, time)
+                visible = visible_share(simulator, frame, camera)
             ranges = chain.merge(simulator.scan(lidar).ranges, lidar, base.odometry, time)
             obstacles = chain.update(ranges, lidar, base.odometry, time)
             T_map_odom = compose(base.pose, inverse(base.odometry))
@@ -74,7 +88,11 @@ def run_scenario(
             wanted = driver.step(time, base.pose, now, obstacles, T_map_odom)
             simulator.command(Twist(wanted.forward, 0.0, wanted.turn))
             person = simulator.people()[0]
-            track.append((time, *base.pose, person.x, person.y))
+            offsets = placed(found, T_map_odom) - (person.x, person.y)
+            at_person = np.hypot(*offsets.T) <= AT_PERSON
+            distance = simulator.distance_to_people()
+            judged = (distance, visible, at_person.any(), (~at_person).sum())
+            track.append((time, *base.pose, person.x, person.y, *judged))
             for _ in range(CONTROL_STEPS):
                 simulator.step()
                 bumps += base.bumped
@@ -94,9 +112,15 @@ def run_scenario(
         nearest_moving,
         gap,
         bumps,
-        np.array(track),
-        seen / max(len(track), 1),
+        np.array(track, float).reshape(-1, len(TRACK)),
     )
+
+
+def visible_share(simulator: Simulator, frame: CameraFrame, camera: CameraModel) -> float:
+    """Of the first person, from the truth; 0 when it is not in the picture."""
+    bodies, states = tuple(simulator.bodies), simulator.people()
+    truth = persons_in_view(frame.exact, frame.T_map_camera, camera, bodies, states)
+    return next((person.visible for person in truth if person.id == 0), 0.0)
 
 
 def pallet_gap(pose: Pose, navigator: NavigatorParameters, pallet: Pose) -> float:

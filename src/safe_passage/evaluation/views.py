@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Sequence
 
 import numpy as np
 
 from safe_passage.core.geometry import Pose, compose, matrix
 from safe_passage.simulation.people_assets import list_people, load_person
-from safe_passage.simulation.robots import Robot
-from safe_passage.simulation.scene import Scene
+from safe_passage.simulation.robots import CameraModel, LidarModel, Robot
+from safe_passage.simulation.scene import Hits, Scene
 from safe_passage.simulation.sensors import measured_colour, measured_depth, measured_ranges
 from safe_passage.simulation.static_map import make_map
 from safe_passage.simulation.truth import PersonTruth, persons_in_view
@@ -51,22 +52,22 @@ class ViewSampler:
         self._map = make_map(world, robot.height)
         self._clearance = self._map.distances()
 
+    @property
+    def camera(self) -> CameraModel:
+        return self._robot.cameras[0]
+
+    @property
+    def lidar(self) -> LidarModel:
+        return self._robot.lidars[0]
+
     def draw(self, seed: int) -> View:
         """The view with this number."""
         rng = np.random.default_rng((seed, 3))
-        camera, lidar = self._robot.cameras[0], self._robot.lidars[0]
-        pose = self._pose(rng)
-        states: list[PersonState | None] = [None] * len(self._bodies)
-        if rng.random() >= EMPTY_SHARE:
-            chosen = rng.permutation(len(self._bodies))[: rng.integers(1, self._most + 1)]
-            for i in chosen:
-                states[i] = self._person(pose, states, rng)
-        self._scene.place_robot(pose)
-        self._scene.place_people(states)
-        self._scene.settle()
+        camera, lidar = self.camera, self.lidar
+        pose, states = self.draw_places(rng)
+        hits = self.exact_scan(pose, states)
         bgr, exact = self._scene.render(camera)
         T_map_camera = matrix(pose) @ camera.pose_in_base()
-        hits = self._scene.scan(lidar, matrix(pose))
         return View(
             measured_colour(bgr, camera, rng),
             measured_depth(exact, camera, rng),
@@ -76,6 +77,31 @@ class ViewSampler:
             pose,
             T_map_camera,
         )
+
+    def draw_places(self, rng: np.random.Generator) -> tuple[Pose, list[PersonState | None]]:
+        """The next place of the robot, frame map, and of everybody; None: it is not there."""
+        pose = self._pose(rng)
+        states: list[PersonState | None] = [None] * len(self._bodies)
+        if rng.random() >= EMPTY_SHARE:
+            chosen = rng.permutation(len(self._bodies))[: rng.integers(1, self._most + 1)]
+            for i in chosen:
+                states[i] = self._person(pose, states, rng)
+        return pose, states
+
+    def exact_scan(self, pose: Pose, states: Sequence[PersonState | None]) -> Hits:
+        """What the lidar's beams meet with everything at these places."""
+        self._place(pose, states)
+        return self._scene.scan(self.lidar, matrix(pose))
+
+    def _place(self, pose: Pose, states: Sequence[PersonState | None]) -> None:
+        self._scene.place_robot(pose)
+        self._scene.place_people(states)
+        self._scene.settle()
+
+    def room(self, x: float, y: float) -> float:
+        """[m] from a place to the nearest thing of the map; 0 outside of it."""
+        row, column, inside = self._map.cells(np.array([x, y]))
+        return float(self._clearance[row, column]) if inside else 0.0
 
     def close(self) -> None:
         """Free what draws."""
@@ -88,16 +114,16 @@ class ViewSampler:
             yaw = float(rng.uniform(-math.pi, math.pi))
             ahead = VIEW * np.linspace(0.1, 1.0, 10)
             open_view = all(
-                self._room(x + d * math.cos(yaw), y + d * math.sin(yaw)) > 0.0 for d in ahead
+                self.room(x + d * math.cos(yaw), y + d * math.sin(yaw)) > 0.0 for d in ahead
             )
-            if self._room(x, y) > 0.6 and open_view:
+            if self.room(x, y) > 0.6 and open_view:
                 return float(x), float(y), yaw
 
     def _person(
         self, pose: Pose, others: list[PersonState | None], rng: np.random.Generator
     ) -> PersonState | None:
         """Within the camera's angle of view, not in a shelf, not in another person."""
-        camera = self._robot.cameras[0]
+        camera = self.camera
         half = math.atan2(0.5 * camera.width, camera.focal)
         for _ in range(200):
             distance = math.sqrt(rng.uniform(NEAREST**2, FARTHEST**2))
@@ -109,14 +135,10 @@ class ViewSampler:
             apart = min(
                 (math.hypot(place[0] - o.x, place[1] - o.y) for o in others if o), default=math.inf
             )
-            if self._room(place[0], place[1]) < ROOM or apart < 0.6:
+            if self.room(place[0], place[1]) < ROOM or apart < 0.6:
                 continue
             yaw = float(rng.uniform(-math.pi, math.pi))
             speed = 0.0 if rng.random() < 0.5 else 1.1
             velocity = (speed * math.cos(yaw), speed * math.sin(yaw))
             return PersonState(place[0], place[1], yaw, velocity, float(rng.uniform(0.0, 10.0)))
         return None
-
-    def _room(self, x: float, y: float) -> float:
-        row, column, inside = self._map.cells(np.array([x, y]))
-        return float(self._clearance[row, column]) if inside else 0.0

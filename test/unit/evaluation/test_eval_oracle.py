@@ -71,7 +71,7 @@ def test_beside_the_rack_a_person_leaves_room_in_an_aisle_of_3_m():
 
 
 def test_a_person_who_walks_over_the_start_is_fled_from():
-    """At 1 m/s along the aisle: the robot steps aside in a wide hall, and cannot in a narrow one."""
+    """At 1 m/s along the aisle: the robot steps aside in a wide hall, not in a narrow one."""
 
     def walks(y):
         return lambda time: (max(12.0 - 1.0 * time, -5.0), y)
