@@ -51,4 +51,6 @@ class GridMap:
         size = np.array(self.occupied.shape) * self.resolution
         rows, columns = np.ceil(size / resolution - 1e-9).astype(int)
         empty = GridMap(np.zeros((rows, columns), bool), self.origin, resolution)
-        return empty.with_cells_of(self.centres())
+        nearly_half = (0.5 - 1e-6) * self.resolution
+        corners = nearly_half * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+        return empty.with_cells_of((self.centres()[:, None] + corners).reshape(-1, 2))

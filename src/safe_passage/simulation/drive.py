@@ -33,6 +33,7 @@ class Base:
         self.model, self.pose = model, pose
         self.twist = Twist()
         self.odometry: Pose = (0.0, 0.0, 0.0)
+        self.drift = 0.0  # share by which odometry overrates the way, besides the model's: a fault
         self.bumped = False  # the last step ended at an obstacle
         self._rng = rng
         self._command, self._commanded = Twist(), -math.inf
@@ -78,7 +79,9 @@ class Base:
     def _mismeasured(self, twist: Twist, step: float) -> Twist:
         """Errors that add up to odometry_noise * way over a second, whatever the step."""
         sigma = self.model.odometry_noise / math.sqrt(step)
-        factors = 1.0 + self.model.odometry_scale + sigma * self._rng.standard_normal(3)
+        factors = (
+            1.0 + self.model.odometry_scale + self.drift + sigma * self._rng.standard_normal(3)
+        )
         return Twist(twist.forward * factors[0], twist.left * factors[1], twist.turn * factors[2])
 
 

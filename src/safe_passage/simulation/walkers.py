@@ -30,7 +30,9 @@ class Walker:
 
     def __init__(self, plan: PersonPlan) -> None:
         self.plan = plan
-        self._points = np.array(plan.waypoints, float)
+        points = np.array(plan.waypoints)
+        new = np.append(True, (np.diff(points, axis=0) != 0.0).any(axis=1))
+        self._points = points[new]  # a place named twice in a row is one
         legs = np.diff(self._points, axis=0)
         self._lengths = np.hypot(legs[:, 0], legs[:, 1])
         self._way = float(self._lengths.sum())
@@ -66,6 +68,6 @@ class Walker:
             np.clip(np.searchsorted(self._ends, along, "right") - 1, 0, len(self._lengths) - 1)
         )
         start, end = self._points[leg], self._points[leg + 1]
-        share = (along - self._ends[leg]) / self._lengths[leg] if self._lengths[leg] else 0.0
+        share = (along - self._ends[leg]) / self._lengths[leg]
         x, y = start + share * (end - start)
         return float(x), float(y), math.atan2(end[1] - start[1], end[0] - start[0])
