@@ -19,9 +19,9 @@ class GridMap:
     def cells(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows, columns and whether inside, of `points` (..., 2) [m]; outside: cell (0, 0)."""
         rows, columns = self.occupied.shape
-        at = np.floor((points - np.array(self.origin)) / self.resolution).astype(int)
+        at = np.floor((points - np.array(self.origin)) / self.resolution)
         inside = ((at >= 0) & (at < (columns, rows))).all(axis=-1)
-        at = np.where(inside[..., None], at, 0)
+        at = np.where(inside[..., None], at, 0).astype(int)
         return at[..., 1], at[..., 0], inside
 
     def at(self, points: np.ndarray, outside: bool) -> np.ndarray:

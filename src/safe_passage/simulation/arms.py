@@ -53,6 +53,8 @@ def attach(body: mujoco.MjsBody, arm: ArmModel, group: int) -> tuple[str, ...]:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise InputError(f"arm/urdf: {path}: {error}") from None
+    if spec.worldbody.first_body() is None:
+        raise InputError(f"arm/urdf: {path}: there is no link in it")
     spec.compiler.boundmass = spec.compiler.boundinertia = 1e-3  # no dynamics: any will do
     movable = tuple(joint.name for joint in spec.joints)
     joints = arm.joints or movable

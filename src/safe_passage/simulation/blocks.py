@@ -35,10 +35,12 @@ class Block:
     material: str
     shade: float = 1.0  # of the material's colour
 
-    def corners(self) -> np.ndarray:
-        """Outline (4, 2) [m] on the floor."""
-        half = 0.5 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * self.size[:2]
-        return np.array([self.x, self.y]) + half @ rotation(self.yaw).T
+    def corners(self, inset: float = 0.0) -> np.ndarray:
+        """Outline (4, 2) [m] on the floor, by up to `inset` [m] within it."""
+        half = 0.5 * np.array(self.size[:2])
+        half -= np.minimum(inset, half)
+        signs = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+        return np.array([self.x, self.y]) + signs * half @ rotation(self.yaw).T
 
 
 @dataclass

@@ -9,14 +9,14 @@ Array = np.ndarray
 
 def plane_z(origin: Array, directions: Array, z: float) -> Array:
     """Distance (N,) along unit `directions` (N, 3) from `origin` (3,) to the plane z = `z`."""
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         distance = (z - origin[2]) / directions[:, 2]
     return np.where(distance > 0.0, distance, np.inf)
 
 
 def box(origin: Array, directions: Array, low: Array, high: Array) -> Array:
     """Distance (N,) to an axis-aligned box, by slabs; inf where it is missed."""
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         to_low = (low - origin) / directions
         to_high = (high - origin) / directions
     near = np.nanmax(np.minimum(to_low, to_high), axis=1)
@@ -43,7 +43,7 @@ def capsule(origin: Array, directions: Array, a: Array, b: Array, radius: float)
     qb = length2 * (directions @ offset) - axis_o * axis_d
     qc = length2 * (offset @ offset - radius**2) - axis_o**2
     discriminant = qb**2 - qa * qc
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         distance = (-qb - np.sqrt(np.maximum(discriminant, 0.0))) / qa
     foot = axis_o + distance * axis_d
     side = (discriminant >= 0.0) & (distance > 0.0) & (foot >= 0.0) & (foot <= length2)

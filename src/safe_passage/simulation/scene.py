@@ -115,8 +115,10 @@ class Scene:
             count,
             reach,
         )
-        met = geoms >= 0
-        return Hits(np.where(met, distances, np.inf), self._person_of_geom[geoms])
+        met = (geoms >= 0) & (distances <= reach)  # MuJoCo leaves out whole geoms only
+        return Hits(
+            np.where(met, distances, np.inf), self._person_of_geom[np.where(met, geoms, -1)]
+        )
 
     def scan(self, lidar: LidarModel, T_map_base: np.ndarray) -> Hits:
         """What the lidar's beams meet, without noise."""

@@ -11,6 +11,7 @@ from safe_passage.simulation.worlds import World
 MARGIN = 0.3  # [m] of wall around the hall
 FLAT = 0.03  # [m] lower blocks are driven over
 FINE = 4  # a cell is occupied if any of its FINE x FINE parts is
+INSET = 0.1  # of a part: what only touches a cell's border does not reach into it
 
 
 def make_map(world: World, robot_height: float, resolution: float = 0.05) -> GridMap:
@@ -21,7 +22,8 @@ def make_map(world: World, robot_height: float, resolution: float = 0.05) -> Gri
     shift = 4  # bits of OpenCV's fixed-point coordinates
     for block in world.blocks:
         if block.z < robot_height and block.z + block.size[2] > FLAT:
-            corners = (block.corners() - np.array(origin)) / resolution * FINE - 0.5
+            outline = block.corners(INSET * resolution / FINE)
+            corners = (outline - np.array(origin)) / resolution * FINE - 0.5  # in parts' middles
             fixed = np.rint(corners * 2**shift).astype(np.int32)
             cv2.fillConvexPoly(picture, fixed, 1, shift=shift)
     parts = picture.reshape(rows, FINE, columns, FINE)
