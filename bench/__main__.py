@@ -12,8 +12,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-FULL = ["human_safety", "leg_tables"]  # what `all` runs
-NAMES = [*FULL, "detector", "merger", "costmap"]
+FULL = ["human_safety", "tables"]  # what `all` runs
+NAMES = [*FULL, "leg_tables", "detector", "merger", "costmap"]
 
 
 def machine() -> str:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import sys
 from pathlib import Path
 
 import numpy as np
+from safe_passage.evaluation.leg_report import Recordings
 from safe_passage.evaluation.leg_tables import PAPER_LEG_SHARE, LegRow, cross_validate, table_1
+from safe_passage.evaluation.parallel import Workers, run_jobs
 from safe_passage.leg_detection.classifiers import CLASSIFIERS
 from safe_passage.leg_detection.scan import Scan
 from safe_passage.leg_detection.segmentation import SegmentationParameters
@@ -25,18 +26,39 @@ OTHER_PLACE = ("positive_6", "positive_7", "negative_2 4", "negative_2 5", "nega
 
 def run(quick: bool = False) -> list[dict]:
     """All rows; without the recordings every value is None."""
-    folder = _folder()
-    rows = dict.fromkeys(CLASSIFIERS)
-    elsewhere: dict[str, float | None] = dict.fromkeys(CLASSIFIERS)
-    if folder is not None:
-        segments, scans = recorded(folder)
+    return rows(read_recordings(quick), quick)
+
+
+def rows(recordings: Recordings | None, quick: bool) -> list[dict]:
+    """The rows of recordings that were read; each classifier in a process of its own."""
+    if recordings is None:
+        found: list[tuple[LegRow | None, float | None]] = [(None, None) for _ in CLASSIFIERS]
+    else:
+        segments, scans = recordings
         folds = in_three(segments) if quick else segments
-        found = table_1(folds, scans[:100], SegmentationParameters(), progress=_say)
-        rows = {row.classifier: row for row in found}
-        if quick:
-            segments = segments.where(np.arange(len(segments.labels)) % 4 == 0)
-        elsewhere = {name: new_place_f1(name, segments) for name in CLASSIFIERS}
-    return [line for name in CLASSIFIERS for line in _lines(name, rows[name], elsewhere[name])]
+        jobs = [(name, folds, segments, scans[:100]) for name in CLASSIFIERS]
+        workers = Workers(os.cpu_count() or 1)
+        found = run_jobs(_judge, jobs, workers, "classifiers on real scans")
+    return [line for name, row in zip(CLASSIFIERS, found) for line in _lines(name, *row)]
+
+
+def read_recordings(quick: bool) -> Recordings | None:
+    """Those that are here; `quick`: of their segments every fourth."""
+    folder = data_folder()
+    if folder is None:
+        return None
+    segments, scans = recorded(folder)
+    if quick:
+        segments = segments.where(np.arange(len(segments.labels)) % 4 == 0)
+    return segments, scans
+
+
+def _judge(
+    job: tuple[str, LabelledSegments, LabelledSegments, list[Scan]],
+) -> tuple[LegRow, float]:
+    name, folds, segments, scans = job
+    row = table_1(folds, scans, SegmentationParameters(), [name])[0]
+    return row, new_place_f1(name, segments)
 
 
 def recorded(folder: Path) -> tuple[LabelledSegments, list[Scan]]:
@@ -76,11 +98,8 @@ def _lines(name: str, row: LegRow | None, elsewhere: float | None) -> list[dict]
     ]
 
 
-def _folder() -> Path | None:
+def data_folder() -> Path | None:
+    """Where the recordings of legs are, if they are here."""
     root = Path(__file__).resolve().parents[1]
     folder = Path(os.environ.get("SAFE_PASSAGE_DATA", root / "../shared/data")) / "lidar2d_legs"
     return folder if folder.is_dir() else None
-
-
-def _say(text: str) -> None:
-    print(f"  {text}", file=sys.stderr, flush=True)

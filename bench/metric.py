@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import operator
 
-OPERATORS = {"<=": operator.le, ">=": operator.ge, "=": operator.eq}
+OPERATORS = {
+    "<=": operator.le,
+    ">=": operator.ge,
+    "<": operator.lt,
+    ">": operator.gt,
+    "=": operator.eq,
+}
 
 
 def metric(name: str, value: float | None, unit: str, bar: str = "") -> dict:

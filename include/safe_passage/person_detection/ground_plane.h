@@ -38,7 +38,11 @@ class GroundTracker {
   // (max_tilt, max_height_change), so a table or a wall never becomes the ground.
   GroundEstimate update(const Points& voxels, const std::optional<GroundPlane>& seed);
 
-  void reset() { last_.reset(); }
+  // As new: what follows does not depend on what was before.
+  void reset() {
+    last_.reset();
+    random_.seed(1);
+  }
 
  private:
   std::optional<GroundEstimate> fit(const Points& voxels, const GroundPlane& near, double band);

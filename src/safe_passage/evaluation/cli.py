@@ -82,7 +82,9 @@ def _legs(
 
 
 def _closed_loop(args: argparse.Namespace, setting: Setting, workers: Workers) -> None:
-    outcomes = closed_loop_table.run_all(setting, args.runs, args.methods, args.first, workers)
+    outcomes = closed_loop_table.run_all(
+        setting, args.runs, args.methods, args.first, workers, args.detect_every
+    )
     found = closed_loop_table.summaries(outcomes)
     markdown = closed_loop_table.as_markdown(found, outcomes)
     runs = [closed_loop_table.as_values(outcome) for outcome in outcomes]
@@ -137,6 +139,9 @@ def _parser(config: Path) -> argparse.ArgumentParser:
     legs.add_argument("--negative", type=Path, nargs="+", default=[], metavar="BAG")
     loop = command("closed-loop", "fig. 9: runs among people", closed_loop_table.SEED)
     loop.add_argument("--runs", type=_at_least(1), default=50, metavar="N", help="of each kind")
+    loop.add_argument(
+        "--detect-every", type=_at_least(1), default=1, metavar="N", help="cycles of 0.1 s"
+    )
     _add_methods(loop, closed_loop_table.METHODS)
     return parser
 

@@ -17,17 +17,18 @@ from safe_passage.simulation.drive import Twist
 from safe_passage.simulation.robots import CameraModel, Robot
 from safe_passage.simulation.simulator import CameraFrame, Simulator
 from safe_passage.simulation.truth import persons_in_view
+from safe_passage.simulation.walkers import PersonState
 from safe_passage.simulation.worlds import World
 
 CONTROL_STEPS = 4  # simulator steps between two cycles of sensing, mapping and driving: 10 Hz
 MOVING = 0.05  # [m/s], [rad/s] slower, the robot stands
-AT_PERSON = 0.5  # [m] from its place, a detection is the person's
+AT_PERSON = 0.5  # [m] from its place, a detection or an area is the person's
 # What `RunResult.track` holds of each cycle: [s], [m], [rad], frame map; distance [m] from the
 # robot's outline to the person's middle; share of the person that the camera sees, NaN without
-# camera; whether the person was detected; detections of nobody
+# camera; whether the person was detected now; detections of nobody; whether it has a safety area
 TRACK = (
     *("time", "x", "y", "yaw", "person_x", "person_y"),
-    *("distance", "visible", "seen", "false"),
+    *("distance", "visible", "seen", "false", "remembered"),
 )
 
 
@@ -43,7 +44,7 @@ class RunResult:
     min_distance_moving: float  # [m] the same while the robot moved
     pallet_gap: float  # [m] between the robot's front and the pallet in the end
     bumps: int  # steps that ended at an obstacle
-    track: np.ndarray  # (N, 10), see TRACK
+    track: np.ndarray  # (N, 11), see TRACK
 
     @property
     def reached(self) -> bool:
@@ -64,20 +65,29 @@ def run_scenario(
     hold_time: float,
     seed: int,
     most_seconds: float = 120.0,
+    detect_every: int = 1,
 ) -> RunResult:
-    """Run `scenario` to its end; `method`: hog, yolo, or none for no safety areas."""
+    """Run `scenario` to its end.
+
+    Args:
+        method: hog, yolo, or none for no safety areas.
+        hold_time: [s] that a person is remembered after the last detection.
+        most_seconds: [s] of simulated time.
+        detect_every: cycles, of which there are ten a second, the camera is looked at.
+    """
     simulator = Simulator(world, robot, seed, scenario.people, scenario.start)
     chain = HumanSafetyChain(method, costmap, hold_time)
     driver = Navigator(navigator, simulator.map)
     driver.set_goal(scenario.goal)
     lidar, camera = robot.lidars[0], robot.cameras[0]
-    track, bumps = [], 0
+    track: list[tuple] = []
+    bumps = 0
     found, visible = np.empty((0, 2)), math.nan
     nearest = nearest_moving = math.inf
     try:
         while driver.active and simulator.time < most_seconds:
             time, base = simulator.time, simulator.base
-            if method != "none":
+            if method != "none" and len(track) % detect_every == 0:
                 frame = simulator.frame(camera)
                 found = chain.see(frame.depth, frame.bgr, camera, base.odometry, time)
                 visible = visible_share(simulator, frame, camera)
@@ -88,10 +98,10 @@ def run_scenario(
             wanted = driver.step(time, base.pose, now, obstacles, T_map_odom)
             simulator.command(Twist(wanted.forward, 0.0, wanted.turn))
             person = simulator.people()[0]
-            offsets = placed(found, T_map_odom) - (person.x, person.y)
-            at_person = np.hypot(*offsets.T) <= AT_PERSON
+            seen = _at(person, placed(found, T_map_odom))
+            kept = _at(person, placed(chain.remembered, T_map_odom)).any()
             distance = simulator.distance_to_people()
-            judged = (distance, visible, at_person.any(), (~at_person).sum())
+            judged = (distance, visible, seen.any(), (~seen).sum(), kept)
             track.append((time, *base.pose, person.x, person.y, *judged))
             for _ in range(CONTROL_STEPS):
                 simulator.step()
@@ -114,6 +124,11 @@ def run_scenario(
         bumps,
         np.array(track, float).reshape(-1, len(TRACK)),
     )
+
+
+def _at(person: PersonState, places: np.ndarray) -> np.ndarray:
+    """Which of `places` (N, 2) [m], frame map, are the person's: (N,) bool."""
+    return np.hypot(*(places - (person.x, person.y)).T) <= AT_PERSON
 
 
 def visible_share(simulator: Simulator, frame: CameraFrame, camera: CameraModel) -> float:

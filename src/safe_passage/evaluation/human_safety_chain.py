@@ -45,6 +45,7 @@ class HumanSafetyChain:
         memory.hold_time = hold_time
         parameters.memory = memory
         self._merger = safety.Pipeline(parameters)
+        self.remembered = np.empty((0, 2))  # [m] persons with an area in the last scan, frame odom
         self.costmap = LocalCostmap(load_costmap_parameters(costmap).parameters)
         layer = next(p["name"] for p in costmap["plugins"] if "Obstacle" in p["type"])
         self._key = (layer, costmap[layer]["observation_sources"].split()[0])
@@ -78,7 +79,9 @@ class HumanSafetyChain:
         c, s = np.cos(yaw), np.sin(yaw)
         T_odom_laser = np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, lidar.z], [0, 0, 0, 1.0]])
         laser = safety.LaserPose(np.linalg.inv(T_odom_laser))
-        return np.asarray(self._merger.merge(scan, time, laser).scan.ranges)
+        merged = self._merger.merge(scan, time, laser)
+        self.remembered = np.array([p.position[:2] for p in merged.persons]).reshape(-1, 2)
+        return np.asarray(merged.scan.ranges)
 
     def update(self, ranges: np.ndarray, lidar: LidarModel, pose: Pose, time: float) -> GridMap:
         """The costmap's lethal cells after a scan with `ranges` (N,) [m]."""
