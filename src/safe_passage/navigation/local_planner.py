@@ -16,6 +16,8 @@ STEP = 0.1  # [s] between the poses of a trajectory
 SPEEDS, TURNS = 9, 17  # samples
 LOOK_AHEAD = 0.5  # [m] before the robot, where the heading is judged
 BACK_OFF_SPEED = 0.15  # [m/s]
+ROOM, ROOM_COST = 0.1, 0.4  # [m] of room that it likes to have; cost [m] of not having it
+GRAZE = 2  # points of the outline that may touch more while it backs off, if not in the end
 LEAST_GAIN = 0.02  # [m] of cost that moving must bring
 
 IsFree = Callable[[np.ndarray], np.ndarray]  # points (..., 2) of the robot's frame now -> bool
@@ -35,9 +37,8 @@ class LocalPlanner:
 
     def __init__(self, parameters: NavigatorParameters) -> None:
         self._p = parameters
-        corners = np.array(parameters.footprint)
-        grown = corners + parameters.footprint_padding * np.sign(corners)
-        self._outline = outline(grown, spacing=0.06)
+        self._outline = _grown(parameters, parameters.footprint_padding)
+        self._roomy = _grown(parameters, parameters.footprint_padding + ROOM)
 
     def choose(self, now: Velocity, is_free: IsFree, cost: Cost) -> Velocity | None:
         """The best velocity; None when nothing that is free comes nearer to the goal.
@@ -52,6 +53,8 @@ class LocalPlanner:
         look = min(LOOK_AHEAD, 0.5 * here)  # not beyond the goal
         ahead = ends[:, :2] + look * np.stack([np.cos(ends[:, 2]), np.sin(ends[:, 2])], axis=1)
         value = 0.5 * (cost(ends[:, :2]) + cost(ahead))
+        near = (~is_free(placed(self._roomy, poses))).any(axis=2).mean(axis=1)
+        value += ROOM_COST * near
         value[~free] = np.inf
         best = int(np.argmin(value))
         standing = 0.5 * (here + float(cost(np.array([[look, 0.0]]))[0]))
@@ -62,13 +65,13 @@ class LocalPlanner:
     def back_off(self, is_free: IsFree) -> Velocity | None:
         """A slow way out backwards, when nothing forward is free; None: boxed in.
 
-        The outline may already touch something: then it must not touch more of it.
+        The outline may already touch something: then it must not touch more of it in the end.
         """
         forward, turn = np.repeat(-BACK_OFF_SPEED, 5), np.linspace(-0.4, 0.4, 5)
         poses = trajectories(forward, turn, 1.0)
         touched = (~is_free(placed(self._outline, poses))).sum(axis=2)
         now = int((~is_free(self._outline)).sum())
-        allowed = (touched <= now).all(axis=1)
+        allowed = (touched <= now + GRAZE).all(axis=1) & (touched[:, -1] <= now)
         if not allowed.any():
             return None
         best = int(np.argmin(np.where(allowed, touched[:, -1] + 0.1 * np.abs(turn), np.inf)))
@@ -97,6 +100,13 @@ class LocalPlanner:
         )
         forward, turn = np.meshgrid(speeds, np.append(turns, 0.0), indexing="ij")
         return forward.ravel(), turn.ravel()
+
+
+def _grown(parameters: NavigatorParameters, margin: float) -> np.ndarray:
+    """Points of the footprint's outline, `margin` [m] out of it."""
+    corners = np.array(parameters.footprint)
+    grown = corners + margin * np.sign(corners)
+    return outline(grown, spacing=0.04)  # finer than a cell: no corner slips between
 
 
 def trajectories(forward: np.ndarray, turn: np.ndarray, time: float) -> np.ndarray:

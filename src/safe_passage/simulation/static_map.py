@@ -8,7 +8,7 @@ import numpy as np
 from safe_passage.core.grid import GridMap
 from safe_passage.simulation.worlds import World
 
-MARGIN = 0.3  # [m] of wall around the hall
+MARGIN = 0.3  # [m] around the hall, all occupied
 FLAT = 0.03  # [m] lower blocks are driven over
 FINE = 4  # a cell is occupied if any of its FINE x FINE parts is
 INSET = 0.1  # of a part: what only touches a cell's border does not reach into it
@@ -26,5 +26,7 @@ def make_map(world: World, robot_height: float, resolution: float = 0.05) -> Gri
             corners = (outline - np.array(origin)) / resolution * FINE - 0.5  # in parts' middles
             fixed = np.rint(corners * 2**shift).astype(np.int32)
             cv2.fillConvexPoly(picture, fixed, 1, shift=shift)
-    parts = picture.reshape(rows, FINE, columns, FINE)
-    return GridMap(parts.any(axis=(1, 3)), origin, resolution)
+    occupied = picture.reshape(rows, FINE, columns, FINE).any(axis=(1, 3))
+    middles = ((np.arange(count) + 0.5) * resolution for count in (columns, rows))
+    beyond_x, beyond_y = (np.abs(at + low) > -low - MARGIN for at, low in zip(middles, origin))
+    return GridMap(occupied | beyond_x | beyond_y[:, None], origin, resolution)

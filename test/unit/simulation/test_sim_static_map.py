@@ -69,13 +69,10 @@ def test_what_is_high_or_flat_is_not_in_the_way():
     assert make_map(make_hall(boxes=[shelf]), robot_height=1.4).at(np.array([2.0, 0.0]), False)
 
 
-def test_the_hall_is_closed_all_around():
+def test_all_around_the_hall_is_occupied_so_that_no_way_leads_outside():
     grid = make_map(make_hall(), 1.2)
-    t = np.linspace(-1.0, 1.0, 500)
-    for side in (1.0, -1.0):
-        assert grid.at(np.stack([4.98 * t, np.full(500, side * 4.05)], axis=1), outside=False).all()
-        assert grid.at(np.stack([np.full(500, side * 5.05), 3.98 * t], axis=1), outside=False).all()
-    assert not grid.at(np.stack([4.9 * t, 3.9 * t], axis=1), outside=True).any()
+    middles = (np.argwhere(~grid.occupied)[:, ::-1] + 0.5) * grid.resolution + grid.origin
+    assert (np.abs(middles) < (5.0, 4.0)).all()
 
 
 @pytest.mark.parametrize("x", [0.5, 2.05, -1.25])
@@ -88,6 +85,5 @@ def test_a_block_that_ends_with_a_cell_takes_no_other(x):
 def test_the_hall_is_free_to_its_walls_on_every_side():
     grid = make_map(make_hall(), 1.2)
     middles = (np.argwhere(~grid.occupied)[:, ::-1] + 0.5) * grid.resolution + grid.origin
-    inside = middles[(np.abs(middles) < (4.99, 3.99)).all(axis=1)]
-    assert inside.min(axis=0) == pytest.approx([-4.975, -3.975])
-    assert inside.max(axis=0) == pytest.approx([4.975, 3.975])
+    assert middles.min(axis=0) == pytest.approx([-4.975, -3.975])
+    assert middles.max(axis=0) == pytest.approx([4.975, 3.975])
