@@ -41,6 +41,12 @@ def test_it_goes_around_a_wall_through_its_door():
     assert length(way) == pytest.approx(10.5, abs=0.7)
 
 
+def test_a_gap_narrower_than_the_robot_is_no_door():
+    gap = [{"points": [[0, -4], [0, -2.25]]}, {"points": [[0, -1.75], [0, 1.4]]}, DOOR[1]]
+    way = plan((3.0, -2.0), walls=gap).way((-3.0, -2.0))
+    assert way[np.argmin(np.abs(way[:, 0])), 1] == pytest.approx(2.0, abs=0.3)
+
+
 @given(st.floats(-4.5, 4.5), st.floats(-3.5, 3.5))
 def test_downhill_every_cell_is_nearer_to_the_goal(x, y):
     planner = PLANNER

@@ -63,10 +63,11 @@ def test_another_seed_gives_other_noise_on_the_same_truth(sim):
 
 def test_noise_differs_from_step_to_step(sim):
     first = sim.scan(ROBOT.lidars[0])
-    for _ in range(40 * 4):  # the person is back: there, and to and fro
-        sim.step()
+    sim.step()
     again = sim.scan(ROBOT.lidars[0])
-    assert not np.array_equal(first.ranges, again.ranges)
+    still = (first.exact == again.exact) & np.isfinite(first.ranges) & np.isfinite(again.ranges)
+    assert still.sum() > 300
+    assert (first.ranges[still] != again.ranges[still]).mean() > 0.9
 
 
 def test_restart_is_as_if_made_anew(sim):
