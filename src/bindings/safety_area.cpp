@@ -107,7 +107,7 @@ void bind_persons(py::module_& m) {
   py::class_<Person>(m, "Person")
       .def(py::init([](double stamp, const Vector3d& position, const Vector3d& velocity,
                        std::uint32_t id, const std::string& source, double height) {
-             return Person{source, id, stamp, position, velocity, height};
+             return Person{source, id, stamp, stamp, position, velocity, height};
            }),
            py::arg("stamp"), py::arg("position"), py::arg("velocity") = Vector3d(0, 0, 0),
            py::arg("id") = 0, py::arg("source") = "", py::arg("height") = 0.0)
@@ -120,6 +120,8 @@ void bind_persons(py::module_& m) {
   py::class_<MemoryParameters>(m, "MemoryParameters")
       .def(py::init<>())
       .def_readwrite("hold_time", &MemoryParameters::hold_time)
+      .def_readwrite("laser_hold_time", &MemoryParameters::laser_hold_time)
+      .def_readwrite("laser_gate", &MemoryParameters::laser_gate)
       .def_readwrite("gate", &MemoryParameters::gate)
       .def_readwrite("max_person_speed", &MemoryParameters::max_person_speed)
       .def_readwrite("max_persons", &MemoryParameters::max_persons);
@@ -130,6 +132,7 @@ void bind_persons(py::module_& m) {
       .def_readonly("forgotten", &PersonMemory::Update::forgotten);
   memory.def(py::init<const MemoryParameters&>(), py::arg("params") = MemoryParameters{})
       .def("update", &PersonMemory::update)
+      .def("follow", &PersonMemory::follow, py::arg("hits"), py::arg("laser"), py::arg("time"))
       .def("at", &PersonMemory::at)
       .def("clear", &PersonMemory::clear)
       .def("__len__", &PersonMemory::size);

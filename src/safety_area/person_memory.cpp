@@ -8,6 +8,8 @@
 namespace safe_passage::safety_area {
 namespace {
 
+constexpr int kLeastHits = 2;       // of a laser on a person
+constexpr double kLegDepth = 0.07;  // [m] from a leg's surface to the body's middle
 constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
 
 Eigen::Vector3d believable(const Eigen::Vector3d& velocity, double max_speed) {
@@ -59,6 +61,7 @@ PersonMemory::Update PersonMemory::update(const std::vector<Person>& seen) {
       continue;
     }
     person.velocity = believable(person.velocity, params_.max_person_speed);
+    person.seen = person.stamp;
     usable.push_back(person);
   }
 
@@ -66,7 +69,7 @@ PersonMemory::Update PersonMemory::update(const std::vector<Person>& seen) {
   for (std::size_t s = 0; s < usable.size(); ++s) {
     if (matches[s] == kNobody) {
       persons_.push_back(usable[s]);
-    } else if (usable[s].stamp < persons_[matches[s]].stamp) {
+    } else if (usable[s].stamp < persons_[matches[s]].seen) {
       ++result.out_of_order;
     } else {
       persons_[matches[s]] = usable[s];
@@ -82,6 +85,29 @@ PersonMemory::Update PersonMemory::update(const std::vector<Person>& seen) {
     persons_.resize(params_.max_persons);
   }
   return result;
+}
+
+void PersonMemory::follow(const std::vector<Eigen::Vector2d>& hits, const Eigen::Vector2d& laser,
+                          double time) {
+  for (Person& person : persons_) {
+    const bool held = time - person.stamp <= params_.hold_time;
+    if (!held || time <= person.stamp || time - person.seen > params_.laser_hold_time) continue;
+    const Eigen::Vector2d expected = position_at(person, time).head<2>();
+    Eigen::Vector2d sum(0.0, 0.0);
+    int count = 0;
+    for (const Eigen::Vector2d& hit : hits) {
+      if ((hit - expected).norm() > params_.laser_gate) continue;
+      sum += hit;
+      ++count;
+    }
+    if (count < kLeastHits) continue;
+    // The laser meets the near side of the legs.
+    const Eigen::Vector2d found = sum / count + kLegDepth * (expected - laser).normalized();
+    const double most = params_.max_person_speed * (time - person.stamp);
+    const Eigen::Vector2d moved = found - expected;
+    person.position.head<2>() = expected + moved * std::min(1.0, most / (moved.norm() + 1e-9));
+    person.stamp = time;
+  }
 }
 
 std::vector<Person> PersonMemory::at(double time) const {

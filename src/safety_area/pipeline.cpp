@@ -21,8 +21,44 @@ std::vector<Circle> safety_areas(const std::vector<Person>& persons, double time
   return areas;
 }
 
+namespace {
+
+constexpr double kFreshPose = 0.05;  // [s] an older pose does not tell what a beam met
+
+// What the beams met near the persons, on the ground of the fixed frame.
+std::vector<Eigen::Vector2d> hits_near(const std::vector<Person>& persons, const Scan& scan,
+                                       const LaserPose& pose, double gate) {
+  const Eigen::Isometry3d T_fixed_laser = pose.T_laser_fixed.inverse();
+  std::vector<double> distances;
+  for (const Person& person : persons)
+    distances.push_back((pose.T_laser_fixed * person.position).head<2>().norm());
+  std::vector<Eigen::Vector2d> hits;
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    const double range = scan.ranges[i];
+    if (!(range >= scan.range_min && range <= scan.range_max)) continue;
+    const bool near = std::any_of(distances.begin(), distances.end(), [&](double distance) {
+      return std::abs(range - distance) <= gate;
+    });
+    if (!near) continue;
+    const double angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
+    const Eigen::Vector3d p_laser(range * std::cos(angle), range * std::sin(angle), 0.0);
+    hits.emplace_back((T_fixed_laser * p_laser).head<2>());
+  }
+  return hits;
+}
+
+}  // namespace
+
 Pipeline::Result Pipeline::merge(const Scan& scan, double time,
-                                 const std::optional<LaserPose>& pose) const {
+                                 const std::optional<LaserPose>& pose) {
+  const MemoryParameters& memory = params_.memory;
+  if (pose && pose->age <= kFreshPose && memory.laser_hold_time > 0.0) {
+    const auto persons = memory_.at(time);
+    const Eigen::Vector3d laser = pose->T_laser_fixed.inverse().translation();
+    if (!persons.empty())
+      memory_.follow(hits_near(persons, scan, *pose, 2.0 * memory.laser_gate), laser.head<2>(),
+                     time);
+  }
   Result result;
   result.persons = memory_.at(time);
   if (pose) result.areas = safety_areas(result.persons, time, *pose, params_.area);

@@ -43,6 +43,8 @@ inline SafetyAreaParameters read_safety_area_parameters() {
   from.read("max_growth", area.max_growth, {0.0, 10.0}, "m");
 
   from.read("hold_time", memory.hold_time, {0.05, 60.0}, "s");
+  from.read("laser_hold_time", memory.laser_hold_time, {0.0, 600.0}, "s");
+  from.read("laser_gate", memory.laser_gate, {0.05, 2.0}, "m");
   from.read("gate", memory.gate, {0.0, 5.0}, "m");
   from.read("max_person_speed", memory.max_person_speed, {0.0, 20.0}, "m/s");
   int max_persons = static_cast<int>(memory.max_persons);

@@ -4,7 +4,8 @@
 //   within the gate. One that matches nothing is a new person. Where a match is doubtful both stay:
 //   a ghost for hold_time is the safe side.
 // - An array without a person deletes nothing: detectors flicker. A person leaves hold_time after
-//   the last detection.
+//   the last detection, or after the laser last met something at its place, up to
+//   laser_hold_time after the last detection: a camera does not see whom the robot passes.
 // - A detection older than the one it would replace is out of order and ignored.
 #pragma once
 
@@ -20,6 +21,7 @@ struct Person {
   std::string source;                 // ids are of this detector only
   std::uint32_t id = 0;               // 0: not tracked
   double stamp = 0.0;                 // [s] when the person was there
+  double seen = 0.0;                  // [s] last detection; the laser may have met the person since
   Eigen::Vector3d position{0, 0, 0};  // [m] fixed frame, on the ground
   Eigen::Vector3d velocity{0, 0, 0};  // [m/s] fixed frame, over ground; NaN: unknown, taken as 0
   double height = 0.0;                // [m]
@@ -27,6 +29,8 @@ struct Person {
 
 struct MemoryParameters {
   double hold_time = 1.0;         // [s] a person is kept after the last detection
+  double laser_hold_time = 0.0;   // [s] after the last detection: as long the laser keeps a person
+  double laser_gate = 0.35;       // [m] what the laser meets so near to a person is the person
   double gate = 0.5;              // [m] farthest a detection may lie from the person it replaces
   double max_person_speed = 3.0;  // [m/s] faster is not believed, and cut to this
   std::size_t max_persons = 200;  // when more, those longest unseen are forgotten
@@ -41,6 +45,9 @@ class PersonMemory {
   explicit PersonMemory(const MemoryParameters& params = {}) : params_(params) {}
 
   Update update(const std::vector<Person>& seen);
+
+  // The laser met `hits` (fixed frame, on the ground) at `time`: who is there is kept, and followed.
+  void follow(const std::vector<Eigen::Vector2d>& hits, const Eigen::Vector2d& laser, double time);
 
   // Everyone held at `time` [s], moved there by the velocity; the stamp stays the detection's.
   std::vector<Person> at(double time) const;

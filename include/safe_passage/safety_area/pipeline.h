@@ -51,8 +51,9 @@ class Pipeline {
     return memory_.update(persons);
   }
 
-  // `time` [s] of the scan. No pose: the scan comes back without areas.
-  Result merge(const Scan& scan, double time, const std::optional<LaserPose>& pose) const;
+  // `time` [s] of the scan, which also keeps persons that no camera sees any more (see memory). No
+  // pose: the scan comes back without areas.
+  Result merge(const Scan& scan, double time, const std::optional<LaserPose>& pose);
 
   void clear() { memory_.clear(); }
 

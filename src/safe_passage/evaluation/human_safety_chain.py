@@ -21,6 +21,9 @@ from safe_passage.human_safety.models import default_folder
 from safe_passage.simulation.robots import CameraModel, LidarModel
 
 
+RADIUS = 1.35  # [m] 1.2, and what the person's place and the costmap's cells may be off by
+
+
 def make_detector(method: str) -> detection.PersonDetector:
     """The detector with the node's defaults; `method`: hog or yolo."""
     parameters = detection.DetectorParameters()
@@ -36,13 +39,24 @@ class HumanSafetyChain:
         method: hog or yolo; none: no person is ever seen, as if there were no safety area.
         costmap: contents of config/local_costmap.yaml.
         hold_time: [s] that a person is remembered.
+        laser_hold_time: [s] that the laser may keep a person whom the camera no longer sees.
     """
 
-    def __init__(self, method: str, costmap: Mapping[str, Any], hold_time: float) -> None:
+    def __init__(
+        self,
+        method: str,
+        costmap: Mapping[str, Any],
+        hold_time: float,
+        laser_hold_time: float = 120.0,
+    ) -> None:
         self._detector = None if method == "none" else make_detector(method)
         parameters = safety.PipelineParameters()
         memory = safety.MemoryParameters()
         memory.hold_time = hold_time
+        memory.laser_hold_time = laser_hold_time
+        area = safety.AreaParameters()
+        area.radius = RADIUS
+        parameters.area = area
         parameters.memory = memory
         self._merger = safety.Pipeline(parameters)
         self.remembered = np.empty((0, 2))  # [m] persons with an area in the last scan, frame odom

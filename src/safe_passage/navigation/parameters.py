@@ -28,7 +28,7 @@ class NavigatorParameters:
     approach_distance: float = 0.8  # [m] before the goal it turns to the goal's heading
     xy_tolerance: float = 0.05  # [m] of the goal
     yaw_tolerance: float = 0.05  # [rad] of the goal
-    area_cost: float = 12.0  # a metre through what only the costmap shows costs so many more
+    area_cost: float = 40.0  # a metre through what only the costmap shows costs so many more
     patience: float = 60.0  # [s] blocked for longer, it gives up
 
     def __post_init__(self) -> None:

@@ -11,11 +11,14 @@ from safe_passage.core.geometry import Pose, compose, inverse, placed
 from safe_passage.core.grid import GridMap
 from safe_passage.navigation.global_planner import GlobalPlanner
 from safe_passage.navigation.local_planner import LocalPlanner, Velocity
+from safe_passage.navigation.memory import ObstacleMemory
 from safe_passage.navigation.parameters import NavigatorParameters
 
 PLAN_PERIOD = 1.0  # [s] people move: plan anew
 NEAR_ENOUGH = 0.2  # [m] of the place where it turns to the goal's heading
 MARGIN = 0.05  # [m] beyond the inscribed radius that the way keeps
+AHEAD_CELLS = 10  # [0.1 m] of the way, towards which it faces
+ASIDE, FACED = 0.6, 0.15  # [rad] off the way: turns on the spot from here, to here
 STUCK = 3.0  # [s] at one place for longer, it backs off a little, once in BACK_OFF_PERIOD
 BACK_OFF_TIME, BACK_OFF_PERIOD = 2.5, 12.0  # [s]
 STEP, TURN = 0.05, 0.2  # [m], [rad] that are a move
@@ -48,9 +51,11 @@ class Navigator:
         radius = float(np.abs(np.array(parameters.footprint)).min()) + MARGIN
         self.planner = GlobalPlanner(static, radius, parameters.area_cost)
         self._local = LocalPlanner(parameters)
+        self._memory = ObstacleMemory(self.planner.static)
         self.state, self.goal = State.IDLE, (0.0, 0.0, 0.0)
         self._via, self._phase = self.goal, State.DRIVING
         self._planned, self._progress = -math.inf, _Progress()
+        self._facing = False
 
     def set_goal(self, goal: Pose) -> None:
         """Go to `goal`, frame map. ValueError when it is not finite."""
@@ -80,7 +85,8 @@ class Navigator:
             return Velocity()
         p = self.parameters
         if time - self._planned >= PLAN_PERIOD or time < self._planned:
-            self.planner.plan(self._via, placed(seen.centres(), T_map_seen))
+            now_seen = placed(seen.centres(), T_map_seen)
+            self.planner.plan(self._via, self._memory.update(time, pose, now_seen))
             self._planned = time
         view = _View(pose, seen, compose(inverse(T_map_seen), pose), self._static, self.planner)
         wanted = {
@@ -110,7 +116,21 @@ class Navigator:
         if math.hypot(pose[0] - self._via[0], pose[1] - self._via[1]) < NEAR_ENOUGH:
             self._phase = State.TURNING
             return self._turn(pose, now, view)
-        return self._local.choose(now, view.is_free, view.cost)
+        return self._face_the_way(pose, view) or self._local.choose(now, view.is_free, view.cost)
+
+    def _face_the_way(self, pose: Pose, view: _View) -> Velocity | None:
+        """Turn on the spot towards a way that leads aside: its camera must see where it drives."""
+        way = self.planner.way(pose)[:AHEAD_CELLS]
+        if len(way) < AHEAD_CELLS:
+            self._facing = False
+            return None
+        dx, dy = way[-1] - pose[:2]
+        error = math.remainder(math.atan2(dy, dx) - pose[2], 2.0 * math.pi)
+        self._facing = abs(error) > (FACED if self._facing else ASIDE)
+        turn = self._turn_rate(error)
+        if not self._facing or not self._local.can_turn(turn, view.is_free):
+            return None
+        return Velocity(0.0, turn)
 
     def _turn(self, pose: Pose, now: Velocity, view: _View) -> Velocity | None:
         error = math.remainder(self._heading_to_goal(pose) - pose[2], 2.0 * math.pi)
