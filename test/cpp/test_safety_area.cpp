@@ -357,6 +357,81 @@ TEST(Areas, GrowWithTheAgeOfTheDetection) {
   EXPECT_EQ(safety_areas({person(10, 2, 0)}, 9.6, {}, params)[0].radius, 1.2);
 }
 
+// A memory that lets the laser keep persons for 10 s, hold_time 1 s.
+PersonMemory laser_memory() {
+  MemoryParameters params;
+  params.laser_hold_time = 10.0;
+  return PersonMemory(params);
+}
+
+const Eigen::Vector2d kLaser(0.0, 0.0);
+
+// Two legs about (x, 0), as a laser at the origin meets them: 7 cm before their middle.
+std::vector<Eigen::Vector2d> legs_at(double x) { return {{x - 0.07, -0.1}, {x - 0.07, 0.1}}; }
+
+TEST(Laser, KeepsWhomTheCameraNoLongerSees) {
+  auto memory = laser_memory();
+  memory.update({person(0.0, 3, 0)});
+  for (double time = 0.5; time < 9.9; time += 0.5) memory.follow(legs_at(3.0), kLaser, time);
+  ASSERT_EQ(memory.at(10.0).size(), 1U);
+  EXPECT_NEAR(memory.at(10.0)[0].position.x(), 3.0, 0.02);
+}
+
+TEST(Laser, KeepsNobodyForLongerThanItMay) {
+  auto memory = laser_memory();
+  memory.update({person(0.0, 3, 0)});
+  for (double time = 0.5; time < 20.0; time += 0.5) memory.follow(legs_at(3.0), kLaser, time);
+  EXPECT_TRUE(memory.at(11.5).empty());
+}
+
+TEST(Laser, FollowsWhoWalksOnAndDetectionsThatComeLateStillCount) {
+  auto memory = laser_memory();
+  memory.update({person(0.0, 3, 0)});
+  for (int i = 1; i <= 40; ++i) memory.follow(legs_at(3.0 + 0.03 * i), kLaser, 0.025 * i);
+  EXPECT_NEAR(memory.at(1.0)[0].position.x(), 4.2, 0.05);
+  EXPECT_EQ(memory.update({person(0.9, 4.1, 0)}).out_of_order, 0);
+  ASSERT_EQ(memory.at(1.0).size(), 1U);
+  EXPECT_NEAR(memory.at(1.0)[0].position.x(), 4.1, 1e-9);
+}
+
+TEST(Laser, LetsGoOfWhoHasLeft) {
+  auto memory = laser_memory();
+  memory.update({person(0.0, 3, 0)});
+  for (double time = 0.5; time < 3.0; time += 0.5) memory.follow(legs_at(6.0), kLaser, time);
+  EXPECT_TRUE(memory.at(1.5).empty());
+}
+
+TEST(Laser, NeitherBringsBackNorIsBelievedToBeFasterThanAPerson) {
+  auto memory = laser_memory();
+  memory.update({person(0.0, 3, 0)});
+  memory.follow(legs_at(3.3), kLaser, 0.01);  // 0.3 m in 10 ms: 3 m/s at most
+  EXPECT_NEAR(memory.at(0.01)[0].position.x(), 3.03, 1e-6);
+  memory.follow(legs_at(3.0), kLaser, 5.0);  // held no more since 1.01 s
+  EXPECT_TRUE(memory.at(5.0).empty());
+}
+
+TEST(Laser, KeepsNobodyByDefault) {
+  PersonMemory memory;
+  memory.update({person(0.0, 3, 0)});
+  memory.follow(legs_at(3.0), kLaser, 0.9);
+  EXPECT_TRUE(memory.at(1.5).empty());
+}
+
+TEST(Pipeline, LetsTheScanKeepAPersonButNotThroughAnOldPose) {
+  for (const double age : {0.0, 0.2}) {
+    PipelineParameters params;
+    params.memory.laser_hold_time = 10.0;
+    Pipeline pipeline(params);
+    pipeline.remember({person(0.0, 5, 0)});
+    LaserPose pose;
+    pose.age = age;
+    Scan scan = make_scan(-10, 1, 21, 15.0F);
+    scan.ranges[9] = scan.ranges[10] = scan.ranges[11] = 4.93F;  // the legs
+    for (double time = 0.5; time < 2.1; time += 0.5) pipeline.merge(scan, time, pose);
+    EXPECT_EQ(pipeline.merge(scan, 2.5, pose).persons.size(), age == 0.0 ? 1U : 0U);
+  }
+}
+
 TEST(Pipeline, SeesThePersonFromWhereTheLaserIs) {
   Pipeline pipeline;
   pipeline.remember({person(10, 3, 4)});
