@@ -43,13 +43,13 @@ def rows(recordings: Recordings | None, quick: bool) -> list[dict]:
 
 
 def read_recordings(quick: bool) -> Recordings | None:
-    """Those that are here; `quick`: of their segments every fourth."""
+    """Those that are here; `quick`: of their segments every eighth."""
     folder = data_folder()
     if folder is None:
         return None
     segments, scans = recorded(folder)
     if quick:
-        segments = segments.where(np.arange(len(segments.labels)) % 4 == 0)
+        segments = segments.where(np.arange(len(segments.labels)) % 8 == 0)
     return segments, scans
 
 

@@ -22,6 +22,7 @@ from bench.metric import metric
 SETTING = Setting.of(Path(__file__).resolve().parents[1] / "config")
 WORKERS = Workers(processes=os.cpu_count() or 1)
 DETECT_EVERY = 2  # cycles of 0.1 s: half the work, and the rate of the paper's YOLO on a CPU
+DETECT_EVERY_QUICK = 5
 SCANS_A_FRAME = 4  # the lidar's 40 Hz over the camera's 10 Hz
 BARS = {
     "yolo_accuracy": ">= 0.98",
@@ -41,7 +42,7 @@ def run(quick: bool = False) -> list[dict]:
         *simulator(10 if quick else 200),
         *legs(quick),
         *detectors(24 if quick else 1000),
-        *closed_loop(1 if quick else 50),
+        *closed_loop(1 if quick else 50, DETECT_EVERY_QUICK if quick else DETECT_EVERY),
     ]
 
 
@@ -100,10 +101,10 @@ def detectors(views: int) -> list[dict]:
     return rows
 
 
-def closed_loop(runs: int) -> list[dict]:
+def closed_loop(runs: int, detect_every: int) -> list[dict]:
     """Fig. 9: `runs` scenarios of each kind, without areas and with those of YOLO's persons."""
     outcomes = closed_loop_table.run_all(
-        SETTING, runs, ("none", "yolo"), closed_loop_table.SEED, WORKERS, DETECT_EVERY
+        SETTING, runs, ("none", "yolo"), closed_loop_table.SEED, WORKERS, detect_every
     )
     print(closed_loop_table.as_markdown(closed_loop_table.summaries(outcomes), outcomes))
     return [*_with_areas([o for o in outcomes if o.run.method == "yolo"]), *_compared(outcomes)]
