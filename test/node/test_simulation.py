@@ -33,6 +33,7 @@ WORLD = {
     "pallets": [{"x": 3.4, "y": 0.0, "goods": 0.8}],
     "people": [{"waypoints": [[0.5, 2.0]], "yaw": -1.6}],
 }
+LATE = 0.2  # s, a fault of the camera
 PALLET_FACE = 3.4 - 0.6  # m, x
 FRONT = 0.36  # m, of the robot
 PACKAGE = Path(rospkg.RosPack().get_path("safe_passage"))
@@ -60,8 +61,11 @@ class SimulationTest(unittest.TestCase):
         cls.command_pub = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         cls.goal_pub = rospy.Publisher("move_base_simple/goal", PoseStamped, queue_size=1)
         cls.folder = tempfile.TemporaryDirectory()
-        world = Path(cls.folder.name) / "hall.yaml"
+        world = cls.world = Path(cls.folder.name) / "hall.yaml"
         world.write_text(yaml.safe_dump(WORLD))
+        rospy.set_param(  # beside what the launch file sets
+            "warehouse_sim/faults", [{"kind": "latency", "target": "camera", "value": LATE}]
+        )
         files = [
             (str(PACKAGE / "launch/warehouse_sim.launch"), [f"world:={world}"]),
             (str(PACKAGE / "launch/navigation.launch"), ["scan_human_aware:=scan"]),
@@ -132,6 +136,14 @@ class SimulationTest(unittest.TestCase):
         camera = self.tf.lookup_transform("map", "camera_rgb_optical_frame", rospy.Time())
         self.assertAlmostEqual(camera.transform.translation.z, 1.63, places=3)
 
+    def test_1_a_fault_of_the_camera_makes_its_pictures_late(self):
+        def late_by():
+            return (
+                self.latest["clock"].clock - self.latest["rgb/camera_info"].header.stamp
+            ).to_sec()
+
+        self.wait(lambda: "rgb/camera_info" in self.latest and late_by() >= LATE, "a late picture")
+
     def test_2_it_obeys_and_stops_when_nobody_commands(self):
         self.wait(lambda: self.speed() > 0.1, "motion", lambda: self.drive(0.3))
         self.wait(lambda: self.speed() == 0.0, "the stop after the last command")
@@ -194,6 +206,10 @@ class SimulationTest(unittest.TestCase):
                 (["_robot:=" + robot], "/world is '', must be a non-empty string"),
                 (["_robot:=" + robot, "_world:=/no/such.yaml"], "/no/such.yaml"),
                 (["_robot:=" + robot, "_world:=x", "_seed:=-1"], "/seed is -1"),
+                (
+                    ["_robot:=" + robot, f"_world:={self.world}", "_faults:=[{kind: thirst}]"],
+                    "kind is 'thirst'",
+                ),
                 (["_robot:=" + robot, "_world:=x", "_speed:=2"], "/speed is not known"),
             )
         ):

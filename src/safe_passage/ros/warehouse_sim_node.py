@@ -6,6 +6,7 @@ import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Callable
 
 import numpy as np
 import rospy
@@ -14,6 +15,7 @@ from geometry_msgs.msg import Twist as TwistMessage
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
+from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyResponse
 from visualization_msgs.msg import MarkerArray
 
@@ -25,6 +27,7 @@ from safe_passage.msg import PersonArray
 from safe_passage.ros import conversions, simulation_conversions
 from safe_passage.ros.parameters import read_parameters
 from safe_passage.simulation.drive import Twist
+from safe_passage.simulation.faults import make_fault_plan
 from safe_passage.simulation.robots import CameraModel, LidarModel, load_robot
 from safe_passage.simulation.simulator import Simulator
 from safe_passage.simulation.worlds import load_world
@@ -41,6 +44,7 @@ class WarehouseSimParameters:
     robot: str = ""  # yaml file, see config/robots
     seed: int = 0  # of all noise
     real_time_factor: float = 1.0  # simulated seconds a second, at most
+    faults: tuple = ()  # of sensors, tf and odometry, see simulation/faults.py
     map_frame: str = "map"
     odom_frame: str = "odom"
     base_frame: str = "base_footprint"
@@ -65,6 +69,10 @@ class WarehouseSimNode:
         )
         self._world, self._robot = world, robot
         self._sim = Simulator(world, robot, self._p.seed)
+        sensors = [sensor.name for sensor in (*robot.lidars, *robot.cameras)]
+        where = rospy.resolve_name("~faults")
+        self._faults = make_fault_plan(self._p.faults, sensors, self._p.seed, where)
+        self._late: list[tuple[float, Callable[[], None]]] = []  # due [s], what to do
         self._advertise()
         self._tf, self._static_tf = (
             tf2_ros.TransformBroadcaster(),
@@ -121,21 +129,38 @@ class WarehouseSimNode:
             self._restart()
         if self._commanded != -math.inf:
             self._sim.base.command(self._command, self._commanded)
+        self._sim.base.drift = self._faults.odometry_drift(self._sim.time)
         self._sim.step()
         stamp = self._stamp()
         self._clock_pub.publish(Clock(stamp))
         self._publish_base(stamp)
         for lidar, publisher in self._lidars:
-            if self._is_due(lidar.rate):
+            if publisher.get_num_connections() and self._speaks(lidar.name, lidar.rate):
                 self._publish_scan(lidar, publisher, stamp)
         for camera, topics in self._cameras:
-            if self._is_due(camera.rate) and topics.wanted():
-                frame = self._sim.frame(camera)
-                topics.publish(
-                    conversions.to_header(stamp, camera.frame), camera, frame.bgr, frame.depth
-                )
+            if topics.wanted() and self._speaks(camera.name, camera.rate):
+                self._publish_frame(camera, topics, stamp)
+        self._send_late()
         if self._is_due(PEOPLE_RATE):
             self._publish_people(stamp)
+
+    def _speaks(self, sensor: str, rate: float) -> bool:
+        """Whether the sensor has something to say now, and no fault keeps it from saying so."""
+        return self._is_due(rate) and self._faults.delivered(sensor, self._sim.time)
+
+    def _send(self, sensor: str, publish: Callable[[], None]) -> None:
+        """Now, or as late as a fault has it."""
+        delay = self._faults.delay(sensor, self._sim.time)
+        if delay > 0.0:
+            self._late.append((self._sim.time + delay, publish))
+        else:
+            publish()
+
+    def _send_late(self) -> None:
+        due = [publish for moment, publish in self._late if moment <= self._sim.time]
+        self._late = [late for late in self._late if late[0] > self._sim.time]
+        for publish in due:
+            publish()
 
     def _stamp(self) -> rospy.Time:
         return rospy.Time.from_sec(CLOCK_START + self._sim.time)
@@ -149,17 +174,14 @@ class WarehouseSimNode:
         p, base = self._p, self._sim.base
         odom = conversions.to_header(stamp, p.odom_frame)
         to_odom, to_map = matrix(base.odometry), matrix(compose(base.pose, inverse(base.odometry)))
-        self._tf.sendTransform(
-            [
-                conversions.to_transform(
-                    conversions.to_header(stamp, p.map_frame),
-                    p.odom_frame,
-                    to_map[:3, 3],
-                    to_map[:3, :3],
-                ),
-                conversions.to_transform(odom, p.base_frame, to_odom[:3, 3], to_odom[:3, :3]),
-            ]
-        )
+        in_map = conversions.to_header(stamp, p.map_frame)
+        if self._faults.tf_available(self._sim.time):
+            self._tf.sendTransform(
+                [
+                    conversions.to_transform(in_map, p.odom_frame, to_map[:3, 3], to_map[:3, :3]),
+                    conversions.to_transform(odom, p.base_frame, to_odom[:3, 3], to_odom[:3, :3]),
+                ]
+            )
         self._odom_pub.publish(
             simulation_conversions.to_odometry(odom, p.base_frame, base.odometry, base.twist)
         )
@@ -167,11 +189,14 @@ class WarehouseSimNode:
     def _publish_scan(
         self, lidar: LidarModel, publisher: rospy.Publisher, stamp: rospy.Time
     ) -> None:
-        if publisher.get_num_connections():
-            header = conversions.to_header(stamp, lidar.frame)
-            limits = (lidar.range_min, lidar.range_max)
-            ranges = self._sim.scan(lidar).ranges
-            publisher.publish(conversions.to_scan(header, lidar.angles(), ranges, limits))
+        header = conversions.to_header(stamp, lidar.frame)
+        limits = (lidar.range_min, lidar.range_max)
+        scan = conversions.to_scan(header, lidar.angles(), self._sim.scan(lidar).ranges, limits)
+        self._send(lidar.name, lambda: publisher.publish(scan))
+
+    def _publish_frame(self, camera: CameraModel, topics: _CameraTopics, stamp: rospy.Time) -> None:
+        header, frame = conversions.to_header(stamp, camera.frame), self._sim.frame(camera)
+        self._send(camera.name, lambda: topics.publish(header, camera, frame.bgr, frame.depth))
 
     def _publish_people(self, stamp: rospy.Time) -> None:
         header = conversions.to_header(stamp, self._p.map_frame)
@@ -196,7 +221,7 @@ class WarehouseSimNode:
     def _restart(self) -> None:
         """Back to the start; the clock goes back with it."""
         self._sim.restart()
-        self._reset, self._commanded = False, -math.inf
+        self._reset, self._commanded, self._late = False, -math.inf, []
         rospy.logwarn("the simulation starts anew: its clock goes back")
 
 
@@ -213,7 +238,9 @@ class _CameraTopics:
         """Whether anybody reads."""
         return any(p.get_num_connections() for p in (self._image, self._depth, self._cloud))
 
-    def publish(self, header, camera: CameraModel, bgr: np.ndarray, depth: np.ndarray) -> None:  # type: ignore[no-untyped-def]
+    def publish(
+        self, header: Header, camera: CameraModel, bgr: np.ndarray, depth: np.ndarray
+    ) -> None:
         size = (camera.height, camera.width)
         self._info.publish(conversions.to_camera_info(header, size, camera.intrinsics))
         self._image.publish(conversions.to_image(header, bgr))
