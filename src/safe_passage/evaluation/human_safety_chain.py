@@ -20,7 +20,6 @@ from safe_passage.costmap.costs import LETHAL_OBSTACLE
 from safe_passage.human_safety.models import default_folder
 from safe_passage.simulation.robots import CameraModel, LidarModel
 
-
 RADIUS = 1.35  # [m] 1.2, and what the person's place and the costmap's cells may be off by
 
 

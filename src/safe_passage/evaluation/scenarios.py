@@ -9,6 +9,7 @@ import numpy as np
 
 from safe_passage.core.geometry import Pose, compose
 from safe_passage.core.grid import GridMap
+from safe_passage.costmap.footprint import inscribed_radius
 from safe_passage.navigation import NavigatorParameters
 from safe_passage.navigation.global_planner import GlobalPlanner
 from safe_passage.simulation.people_assets import list_people
@@ -50,7 +51,7 @@ class ScenarioMaker:
         self._clearance = static.distances()
         corners = np.array(navigator.footprint)
         self._front = float(corners[:, 0].max())
-        radius = float(np.abs(corners).min())
+        radius = inscribed_radius(corners)
         self._planner = GlobalPlanner(static, radius, navigator.area_cost)
 
     def draw(self, kind: str, rng: np.random.Generator) -> Scenario:

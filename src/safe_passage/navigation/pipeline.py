@@ -9,6 +9,7 @@ import numpy as np
 
 from safe_passage.core.geometry import Pose, compose, inverse, placed
 from safe_passage.core.grid import GridMap
+from safe_passage.costmap.footprint import inscribed_radius
 from safe_passage.navigation.global_planner import GlobalPlanner
 from safe_passage.navigation.local_planner import LocalPlanner, Velocity
 from safe_passage.navigation.memory import ObstacleMemory
@@ -48,7 +49,7 @@ class Navigator:
     def __init__(self, parameters: NavigatorParameters, static: GridMap) -> None:
         self.parameters = parameters
         self._static = static
-        radius = float(np.abs(np.array(parameters.footprint)).min()) + MARGIN
+        radius = inscribed_radius(np.array(parameters.footprint)) + MARGIN
         self.planner = GlobalPlanner(static, radius, parameters.area_cost)
         self._local = LocalPlanner(parameters)
         self._memory = ObstacleMemory(self.planner.static)

@@ -14,7 +14,7 @@ import tf2_ros
 from geometry_msgs.msg import Twist as TwistMessage
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan, PointCloud2
 from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyResponse
 from visualization_msgs.msg import MarkerArray
@@ -97,6 +97,7 @@ class WarehouseSimNode:
     def _advertise(self) -> None:
         self._clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
         self._odom_pub = rospy.Publisher("odom", Odometry, queue_size=10)
+        self._joints_pub = rospy.Publisher("joint_states", JointState, queue_size=10)
         self._map_pub = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
         self._persons_pub = rospy.Publisher("~persons", PersonArray, queue_size=1)
         self._markers_pub = rospy.Publisher("~markers", MarkerArray, queue_size=1)
@@ -141,6 +142,9 @@ class WarehouseSimNode:
             if topics.wanted() and self._speaks(camera.name, camera.rate):
                 self._publish_frame(camera, topics, stamp)
         self._send_late()
+        if self._sim.joint_names:
+            header, names = conversions.to_header(stamp, ""), list(self._sim.joint_names)
+            self._joints_pub.publish(JointState(header, names, self._sim.arm_positions, [], []))
         if self._is_due(PEOPLE_RATE):
             self._publish_people(stamp)
 
