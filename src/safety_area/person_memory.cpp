@@ -9,6 +9,7 @@ namespace safe_passage::safety_area {
 namespace {
 
 constexpr int kLeastHits = 2;       // of a laser on a person
+constexpr double kStance = 0.15;    // [m] legs of who has not moved are so near
 constexpr double kLegDepth = 0.07;  // [m] from a leg's surface to the body's middle
 constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
 
@@ -94,18 +95,23 @@ void PersonMemory::follow(const std::vector<Eigen::Vector2d>& hits, const Eigen:
     if (!held || time <= person.stamp || time - person.seen > params_.laser_hold_time) continue;
     const Eigen::Vector2d expected = position_at(person, time).head<2>();
     Eigen::Vector2d sum(0.0, 0.0);
-    int count = 0;
+    int count = 0, still = 0;
     for (const Eigen::Vector2d& hit : hits) {
-      if ((hit - expected).norm() > params_.laser_gate) continue;
+      const double apart = (hit - expected).norm();
+      if (apart > params_.laser_gate) continue;
       sum += hit;
       ++count;
+      if (apart <= kStance) ++still;
     }
     if (count < kLeastHits) continue;
-    // The laser meets the near side of the legs.
-    const Eigen::Vector2d found = sum / count + kLegDepth * (expected - laser).normalized();
-    const double most = params_.max_person_speed * (time - person.stamp);
-    const Eigen::Vector2d moved = found - expected;
-    person.position.head<2>() = expected + moved * std::min(1.0, most / (moved.norm() + 1e-9));
+    person.position.head<2>() = expected;
+    if (still < kLeastHits) {  // who stands is not moved: what is behind would draw it away
+      // The laser meets the near side of the legs.
+      const Eigen::Vector2d found = sum / count + kLegDepth * (expected - laser).normalized();
+      const double most = params_.max_person_speed * (time - person.stamp);
+      const Eigen::Vector2d moved = found - expected;
+      person.position.head<2>() += moved * std::min(1.0, most / (moved.norm() + 1e-9));
+    }
     person.stamp = time;
   }
 }
