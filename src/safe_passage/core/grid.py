@@ -19,10 +19,10 @@ class GridMap:
     def cells(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows, columns and whether inside, of `points` (..., 2) [m]; outside: cell (0, 0)."""
         rows, columns = self.occupied.shape
-        at = np.floor((points - np.array(self.origin)) / self.resolution)
-        inside = ((at >= 0) & (at < (columns, rows))).all(axis=-1)
-        at = np.where(inside[..., None], at, 0).astype(int)
-        return at[..., 1], at[..., 0], inside
+        column = np.floor((points[..., 0] - self.origin[0]) / self.resolution)
+        row = np.floor((points[..., 1] - self.origin[1]) / self.resolution)
+        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        return np.where(inside, row, 0).astype(int), np.where(inside, column, 0).astype(int), inside
 
     def at(self, points: np.ndarray, outside: bool) -> np.ndarray:
         """Whether `points` (..., 2) [m] are occupied; `outside`: what is beyond the border."""
