@@ -15,9 +15,9 @@ PERIOD = 0.2  # [s] within which a new velocity is reached
 STEP = 0.1  # [s] between the poses of a trajectory
 SPEEDS, TURNS = 9, 17  # samples
 LOOK_AHEAD = 0.5  # [m] before the robot, where the heading is judged
-BACK_OFF_SPEED = 0.15  # [m/s]
-ROOM, ROOM_COST = 0.1, 0.4  # [m] of room that it likes to have; cost [m] of not having it
-GRAZE = 2  # points of the outline that may touch more while it backs off, if not in the end
+ROOM_SPEED = 0.15  # [m/s]
+ROOM, ROOM_COST = 0.1, 1.0  # [m] of room that it likes to have; cost [m] of not having it
+GRAZE = 6  # points of the outline that may touch more on the way to more room
 LEAST_GAIN = 0.02  # [m] of cost that moving must bring
 
 IsFree = Callable[[np.ndarray], np.ndarray]  # points (..., 2) of the robot's frame now -> bool
@@ -39,6 +39,10 @@ class LocalPlanner:
         self._p = parameters
         self._outline = _grown(parameters, parameters.footprint_padding)
         self._roomy = _grown(parameters, parameters.footprint_padding + ROOM)
+        shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None, None]
+        self._filled = (shares * self._outline).reshape(-1, 2)
+        self._depths = np.repeat(1.0 + 20.0 * (1.0 - shares.ravel()), len(self._outline))
+        self._rings = [_grown(parameters, margin) for margin in (0.05, 0.1, 0.2, 0.3)]  # [m]
 
     def choose(self, now: Velocity, is_free: IsFree, cost: Cost) -> Velocity | None:
         """The best velocity; None when nothing that is free comes nearer to the goal.
@@ -62,19 +66,23 @@ class LocalPlanner:
             return None
         return Velocity(float(forward[best]), float(turn[best]))
 
-    def back_off(self, is_free: IsFree) -> Velocity | None:
-        """A slow way out backwards, when nothing forward is free; None: boxed in.
+    def make_room(self, is_free: IsFree) -> Velocity | None:
+        """Slowly to where there is more room, when no way on is free; None: boxed in.
 
         The outline may already touch something: then it must not touch more of it in the end.
         """
-        forward, turn = np.repeat(-BACK_OFF_SPEED, 5), np.linspace(-0.4, 0.4, 5)
-        poses = trajectories(forward, turn, 1.0)
-        touched = (~is_free(placed(self._outline, poses))).sum(axis=2)
-        now = int((~is_free(self._outline)).sum())
+        forward = np.repeat([-ROOM_SPEED, ROOM_SPEED], 5)
+        turn = np.tile(np.linspace(-0.4, 0.4, 5), 2)
+        poses = trajectories(forward, turn, 1.5)
+        touched = (~is_free(placed(self._filled, poses))) @ self._depths
+        now = float((~is_free(self._filled)) @ self._depths)
         allowed = (touched <= now + GRAZE).all(axis=1) & (touched[:, -1] <= now)
         if not allowed.any():
             return None
-        best = int(np.argmin(np.where(allowed, touched[:, -1] + 0.1 * np.abs(turn), np.inf)))
+        crowded = sum(
+            (~is_free(placed(grown, poses[:, -1:]))).sum(axis=(1, 2)) for grown in self._rings
+        )
+        best = int(np.argmin(np.where(allowed, crowded + 0.1 * np.abs(turn), np.inf)))
         return Velocity(float(forward[best]), float(turn[best]))
 
     def can_turn(self, turn: float, is_free: IsFree) -> bool:

@@ -18,10 +18,10 @@ from safe_passage.navigation.parameters import NavigatorParameters
 PLAN_PERIOD = 1.0  # [s] people move: plan anew
 NEAR_ENOUGH = 0.2  # [m] of the place where it turns to the goal's heading
 MARGIN = 0.05  # [m] beyond the inscribed radius that the way keeps
-AHEAD_CELLS = 10  # [0.1 m] of the way, towards which it faces
+NEAR_CELLS, FAR_CELLS = 10, 20  # [0.1 m] of the way that it faces: on its way, at the start
 ASIDE, FACED = 0.6, 0.15  # [rad] off the way: turns on the spot from here, to here
-STUCK = 3.0  # [s] at one place for longer, it backs off a little, once in BACK_OFF_PERIOD
-BACK_OFF_TIME, BACK_OFF_PERIOD = 2.5, 12.0  # [s]
+STUCK = 3.0  # [s] at one place for longer, it goes where there is more room, once a period
+ROOM_TIME, ROOM_PERIOD = 2.5, 8.0  # [s]
 STEP, TURN = 0.05, 0.2  # [m], [rad] that are a move
 TURN_GAIN = 1.5  # [1/s]
 
@@ -56,14 +56,14 @@ class Navigator:
         self.state, self.goal = State.IDLE, (0.0, 0.0, 0.0)
         self._via, self._phase = self.goal, State.DRIVING
         self._planned, self._progress = -math.inf, _Progress()
-        self._facing = False
+        self._facing = self._looked = False
 
     def set_goal(self, goal: Pose) -> None:
         """Go to `goal`, frame map. ValueError when it is not finite."""
         if not all(map(math.isfinite, goal)):
             raise ValueError(f"goal {goal}: must be finite")
         self.goal, self.state, self._phase = goal, State.DRIVING, State.DRIVING
-        self._via = self._approach(goal)
+        self._via, self._looked = self._approach(goal), False
         self._planned, self._progress = -math.inf, _Progress()
 
     def cancel(self) -> None:
@@ -101,8 +101,8 @@ class Navigator:
         if self._progress.lost_for(time, pose, float(view.cost(np.zeros((1, 2)))[0])) > p.patience:
             self.state = State.ABORTED
             return Velocity()
-        if self._progress.must_back_off(time):
-            return self._local.back_off(view.is_free) or Velocity()
+        if self._progress.must_make_room(time):
+            return self._local.make_room(view.is_free) or Velocity()
         return wanted or Velocity()
 
     def _approach(self, goal: Pose) -> Pose:
@@ -121,15 +121,16 @@ class Navigator:
 
     def _face_the_way(self, pose: Pose, view: _View) -> Velocity | None:
         """Turn on the spot towards a way that leads aside: its camera must see where it drives."""
-        way = self.planner.way(pose)[:AHEAD_CELLS]
-        if len(way) < AHEAD_CELLS:
+        way = self.planner.way(pose)[: NEAR_CELLS if self._looked else FAR_CELLS]
+        if len(way) < NEAR_CELLS:
             self._facing = False
             return None
         dx, dy = way[-1] - pose[:2]
         error = math.remainder(math.atan2(dy, dx) - pose[2], 2.0 * math.pi)
-        self._facing = abs(error) > (FACED if self._facing else ASIDE)
+        self._facing = abs(error) > (FACED if self._facing or not self._looked else ASIDE)
         turn = self._turn_rate(error)
         if not self._facing or not self._local.can_turn(turn, view.is_free):
+            self._looked = True
             return None
         return Velocity(0.0, turn)
 
@@ -188,7 +189,7 @@ class _Progress:
         self._place: Pose = (math.inf, 0.0, 0.0)
         self._arrived = self._gained = 0.0  # [s] at this place; when the cost last fell
         self._least = math.inf  # [m]
-        self._back_off_end = self._back_off_next = -math.inf  # [s]
+        self._room_end = self._room_next = -math.inf  # [s]
 
     def lost_for(self, time: float, pose: Pose, cost: float) -> float:
         """[s] since the robot last got nearer to its goal."""
@@ -200,12 +201,12 @@ class _Progress:
             self._least, self._gained = cost, time
         return time - self._gained
 
-    def must_back_off(self, time: float) -> bool:
-        """Whether it is stuck, or still backing off because it was."""
-        if time - self._arrived > STUCK and time >= self._back_off_next:
-            self._back_off_end = time + BACK_OFF_TIME
-            self._back_off_next = time + BACK_OFF_PERIOD
-        return time < self._back_off_end
+    def must_make_room(self, time: float) -> bool:
+        """Whether it is stuck, or still on its way to more room because it was."""
+        if time - self._arrived > STUCK and time >= self._room_next:
+            self._room_end = time + ROOM_TIME
+            self._room_next = time + ROOM_PERIOD
+        return time < self._room_end
 
 
 class _View:

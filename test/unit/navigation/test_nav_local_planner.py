@@ -69,12 +69,15 @@ def test_at_the_goal_there_is_nothing_to_gain():
     assert PLANNER.choose(Velocity(), OPEN, distance_to((0.0, 0.0))) is None
 
 
-def test_it_backs_off_from_what_touches_it():
-    touching = apart_from(np.array([[0.36, 0.1]]), 0.05)
-    back = PLANNER.back_off(touching)
-    assert back.forward < 0.0
-    behind_too = apart_from(np.array([[0.36, 0.1], [-0.50, 0.0]]), 0.1)
-    assert PLANNER.back_off(behind_too) is None
+def test_it_makes_room_away_from_what_touches_it():
+    assert PLANNER.make_room(apart_from(np.array([[0.36, 0.1]]), 0.05)).forward < 0.0
+    assert PLANNER.make_room(apart_from(np.array([[-0.36, 0.1]]), 0.05)).forward > 0.0
+
+
+def test_boxed_in_it_makes_no_room():
+    x = np.linspace(-0.5, 0.5, 41)
+    ends = np.concatenate([[(side, y) for y in x] for side in (0.42, -0.42)])
+    assert PLANNER.make_room(apart_from(ends, 0.03)) is None
 
 
 def test_turning_needs_room_for_the_corners():
