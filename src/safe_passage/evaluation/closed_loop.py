@@ -21,7 +21,7 @@ from safe_passage.simulation.walkers import PersonState
 from safe_passage.simulation.worlds import World
 
 CONTROL_STEPS = 4  # simulator steps between two cycles of sensing, mapping and driving: 10 Hz
-MOVING = 0.05  # [m/s], [rad/s] slower, the robot stands
+MOVING = 0.05  # [m/s] slower, the robot stands or turns on the spot
 AT_PERSON = 0.5  # [m] from its place, a detection or an area is the person's
 # What `RunResult.track` holds of each cycle: [s], [m], [rad], frame map; distance [m] from the
 # robot's outline to the person's middle; share of the person that the camera sees, NaN without
@@ -41,7 +41,7 @@ class RunResult:
     state: State
     seconds: float  # [s] until the goal or the end
     min_distance: float  # [m] from the robot's outline to a person's middle
-    min_distance_moving: float  # [m] the same while the robot moved
+    min_distance_moving: float  # [m] the same while the robot drove, for- or backwards
     pallet_gap: float  # [m] between the robot's front and the pallet in the end
     bumps: int  # steps that ended at an obstacle
     track: np.ndarray  # (N, 11), see TRACK
@@ -108,7 +108,7 @@ def run_scenario(
                 bumps += base.bumped
                 distance = simulator.distance_to_people()
                 nearest = min(nearest, distance)
-                if abs(base.twist.forward) > MOVING or abs(base.twist.turn) > MOVING:
+                if abs(base.twist.forward) > MOVING:
                     nearest_moving = min(nearest_moving, distance)
         gap = pallet_gap(simulator.base.pose, navigator, scenario.pallet)
     finally:

@@ -43,11 +43,11 @@ ROWS = {  # of the table: fields of `Summary` and what they are
     "pallet_gap_max": "gap to the pallet, largest [m]",
     "min_distance": "least distance to the person [m]",
     "min_distance_median": "least distance of a run, median [m]",
-    "min_distance_moving": "least distance while the robot moves [m]",
+    "min_distance_moving": "least distance while the robot drives [m]",
     "ways_existed": "runs in which 1.2 m could be kept",
     "violations": "of these, nearer than 1.2 m",
     "violations_within_cell": "of these, by less than a cell (0.05 m)",
-    "violations_moving": "nearer than 1.2 m while the robot moves",
+    "violations_moving": "nearer than 1.2 m while the robot drives",
     "time_median": "time to the goal, median [s]",
     "time_lost_median": "time lost by the areas, median [s]",
     "time_lost_mean": "time lost by the areas, mean [s]",
@@ -94,7 +94,7 @@ class Outcome:
 
     @property
     def violates_moving(self) -> bool:
-        """The same, by its own motion."""
+        """The same while it drove: not a person who walked up to it while it stood."""
         return self.way_existed and self.run.min_distance_moving < KEEP
 
 
@@ -110,7 +110,7 @@ class Summary:
     pallet_gap_max: float  # [m]
     min_distance: float  # [m] of all runs
     min_distance_median: float  # [m] of the runs' least
-    min_distance_moving: float  # [m] while the robot moved
+    min_distance_moving: float  # [m] while the robot drove
     ways_existed: int  # runs in which the distance could be kept
     violations: int
     violations_within_cell: int  # of these, nearer by no more than a cell of the costmap
