@@ -1,0 +1,1 @@
+"""Obstacles around the robot, standing or moving, seen by any sensors (paper 000)."""

@@ -1,0 +1,111 @@
+"""Which hypothesis is which track (paper 000, 4.2)."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from safe_passage.monitoring.hypotheses import Features, Hypotheses
+from safe_passage.monitoring.motion import squared_mahalanobis
+from safe_passage.monitoring.parameters import TrackerParameters
+from safe_passage.monitoring.tracks import Tracks, centroid_noise
+
+NEIGHBOURHOOD = 2.0  # [m] within which pairs are looked at; overlapping ones at any distance
+
+
+def associate(
+    hypotheses: Hypotheses,
+    tracks: Tracks,
+    three_dimensional: np.ndarray,
+    parameters: TrackerParameters,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs in the order of ascending distance; what is chosen rules out what contradicts it.
+
+    Returns:
+        hypotheses (M,) and their tracks (M,).
+    """
+    features = hypotheses.features
+    pairs, overlap = candidates(features.position, tracks.position, hypotheses.overlaps)
+    h, t = pairs.T
+    squared = _squared_distance(features, tracks, h, t, parameters)
+    near = overlap | (squared <= parameters.gate)
+    h, t, squared = h[near], t[near], np.minimum(squared[near], parameters.gate)
+    total = squared + feature_distance(features, tracks, h, t, three_dimensional, parameters)
+    order = np.argsort(total, kind="stable")
+    order = order[total[order] <= parameters.max_distance]
+    return choose(h[order], t[order], hypotheses.atoms)
+
+
+def candidates(
+    positions: np.ndarray, tracks: np.ndarray, overlaps: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (P, 2) of hypothesis and track that are neighbours or overlap; (P,) whether they do."""
+    pairs = overlaps
+    if len(positions) and len(tracks):
+        near = cKDTree(positions).sparse_distance_matrix(
+            cKDTree(tracks), NEIGHBOURHOOD, output_type="ndarray"
+        )
+        pairs = np.concatenate([overlaps, np.stack([near["i"], near["j"]], axis=1)])
+    key, first = np.unique(pairs[:, 0] * np.int64(len(tracks) + 1) + pairs[:, 1], return_index=True)
+    return pairs[first], first < len(overlaps)
+
+
+def _squared_distance(
+    features: Features, tracks: Tracks, h: np.ndarray, t: np.ndarray, parameters: TrackerParameters
+) -> np.ndarray:
+    """Squared Mahalanobis distance of the centroids, the generic part of the distance.
+
+    The uncertainty is the track's plus that of the smaller object's centroid: a wall's may be
+    anywhere along it, which must not let it take a person's cluster.
+    """
+    extent = features.extent[h]
+    theirs = tracks.extent[t]
+    smaller = np.trace(extent, axis1=1, axis2=2) <= np.trace(theirs, axis1=1, axis2=2)
+    noise = centroid_noise(np.where(smaller[:, None, None], extent, theirs), parameters)
+    offset = features.position[h] - tracks.position[t]
+    offset = offset + features.age[h, None] * tracks.velocity[t]
+    return squared_mahalanobis(offset, tracks.P[t, :2, :2] + noise)
+
+
+def feature_distance(
+    features: Features,
+    tracks: Tracks,
+    h: np.ndarray,
+    t: np.ndarray,
+    three_dimensional: np.ndarray,
+    parameters: TrackerParameters,
+) -> np.ndarray:
+    """What else tells hypotheses h (P,) from tracks t (P,); what no common sensor saw counts 0.
+
+    Cells (generic), points by sensor, and height by 3D sensors (sensor specific); and a constant
+    where no sensor has seen both.
+    """
+    cells, their_cells = features.cells[h], tracks.cells[t]
+    more = np.maximum(cells, their_cells)
+    total = parameters.cells_weight * np.abs(cells - their_cells) / np.maximum(more, 1)
+    counts, their_counts = features.counts[h], tracks.counts[t]
+    both = (counts > 0) & (their_counts > 0)
+    common = both.any(axis=1)
+    difference = np.abs(counts - their_counts) / np.maximum(np.maximum(counts, their_counts), 1)
+    total += parameters.points_weight * (difference * both).sum(axis=1) / np.maximum(both.sum(1), 1)
+    rise = np.abs(features.height[h, 1] - tracks.height[t, 1]) / parameters.height_scale
+    known = both[:, three_dimensional].any(axis=1) & np.isfinite(rise)
+    total += parameters.height_weight * np.where(known, rise, 0.0)
+    return total + np.where(common, 0.0, parameters.no_common_sensor)
+
+
+def choose(
+    h: np.ndarray, t: np.ndarray, atoms: list[tuple[int, ...]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of pairs in ascending order of distance, those that contradict no earlier one."""
+    used: set[int] = set()
+    taken: set[int] = set()
+    chosen = []
+    for hypothesis, track in zip(h.tolist(), t.tolist()):
+        if track in taken or not used.isdisjoint(atoms[hypothesis]):
+            continue
+        taken.add(track)
+        used.update(atoms[hypothesis])
+        chosen.append((hypothesis, track))
+    pairs = np.array(chosen, np.int64).reshape(-1, 2)
+    return pairs[:, 0], pairs[:, 1]

@@ -1,0 +1,240 @@
+"""What may be an object: clusters, unions of clusters and parts of clusters (paper 000, 4.1).
+
+The finest pieces in play are called atoms: a cluster that nothing splits is one atom, a split one
+has an atom for each track on it. A hypothesis is a set of atoms, and two hypotheses contradict each
+other if and only if they share one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Sequence
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from safe_passage.monitoring.fusion_grid import FusionGrid, cell_index
+from safe_passage.monitoring.ragged import Ragged, gather
+
+MOST_PARTS = 6  # of which every pair is tried; of more only all together
+APART = 1e3  # [m] between clusters, so that one search keeps them apart
+
+
+@dataclass(frozen=True)
+class Features:
+    """What describes an object seen now (4.1); H of them."""
+
+    position: np.ndarray  # (H, 2) [m] centroid of the cells, frame base
+    extent: np.ndarray  # (H, 2, 2) [m^2] second moment of the cells around it
+    cells: np.ndarray  # (H,) number of occupied cells
+    counts: np.ndarray  # (H, S) points of each sensor
+    height: np.ndarray  # (H, 2) [m] lowest and highest point, NaN: no 3D sensor saw it
+    age: np.ndarray  # (H,) [s] mean age of the measurements
+
+
+@dataclass(frozen=True)
+class Hypotheses:
+    """All that is considered in one cycle; the clusters first."""
+
+    cells: Ragged  # obstacle cells of the grid, by hypothesis
+    atoms: list[tuple[int, ...]]  # by hypothesis
+    features: Features
+    atom_of_cell: np.ndarray  # (K,) of each obstacle cell, -1: none
+    overlaps: np.ndarray  # (P, 2) int: hypothesis, track that largely lie on each other
+
+    def __len__(self) -> int:
+        return len(self.atoms)
+
+
+def propose(
+    grid: FusionGrid,
+    clusters: np.ndarray,
+    shapes: Ragged,
+    composite_overlap: float,
+    split_overlap: float,
+) -> Hypotheses:
+    """Clusters, and what the predicted tracks suggest beside them.
+
+    Args:
+        grid: of this cycle.
+        clusters: (K,) cluster of each obstacle cell, -1: none.
+        shapes: points [m] of each predicted track's shape, frame base.
+        composite_overlap: share of a cluster's cells that a track must cover for the cluster to be
+            one of its parts; more than 1: no composites.
+        split_overlap: share of a track's cells that a cluster must cover for the track to own a
+            part of it; more than 1: no splits.
+    """
+    count = int(clusters.max(initial=-1)) + 1
+    cover = _Cover(grid, clusters, count, shapes)
+    owners = cover.owners(split_overlap)
+    atoms = _Atoms(grid, clusters, count, shapes, owners)
+    sets: dict[tuple[int, ...], None] = {tuple(whole): None for whole in atoms.of_cluster}
+    for whole in atoms.of_cluster:
+        if len(whole) > 1:
+            sets.update(((part,), None) for part in whole)
+    parts = atoms.of_track(cover.covered(composite_overlap))
+    for own in parts.values():
+        if len(own) > 1:
+            sets[tuple(own)] = None
+        if 2 < len(own) <= MOST_PARTS:
+            sets.update((pair, None) for pair in combinations(own, 2))
+    chosen = list(sets)
+    cells = atoms.cells.unions(chosen)
+    return Hypotheses(
+        cells,
+        chosen,
+        describe(grid, cells),
+        atoms.of_cell,
+        _overlaps(chosen, parts, cover, atoms),
+    )
+
+
+def describe(grid: FusionGrid, cells: Ragged) -> Features:
+    """Features of these sets of obstacle cells."""
+    owner, at = cells.owner, cells.values
+    number, count = cells.lengths, len(cells)
+    position = grid.position[at]
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return np.bincount(owner, values, minlength=count) / number
+
+    centre = np.stack([mean(position[:, 0]), mean(position[:, 1])], axis=1)
+    dx, dy = (position - centre[owner]).T
+    xx, xy, yy = mean(dx * dx), mean(dx * dy), mean(dy * dy)
+    extent = np.stack([xx, xy, xy, yy], axis=1).reshape(count, 2, 2)
+    start = cells.start[:-1]
+    if not count:
+        empty = np.empty(0)
+        return Features(centre, extent, number, grid.counts[:0], grid.height[:0], empty)
+    counts = np.add.reduceat(grid.counts[at], start, axis=0)
+    height = np.stack(
+        [
+            np.fmin.reduceat(grid.height[at, 0], start),
+            np.fmax.reduceat(grid.height[at, 1], start),
+        ],
+        axis=1,
+    )
+    return Features(centre, extent, number, counts, height, mean(grid.age[at]))
+
+
+class _Cover:
+    """Which obstacle cells lie on, or beside, which predicted track."""
+
+    def __init__(self, grid: FusionGrid, clusters: np.ndarray, count: int, shapes: Ragged) -> None:
+        self._clusters, self._count, self._tracks = clusters, count, len(shapes)
+        own = cell_index(shapes.values, grid.side, grid.resolution)
+        inside = own >= 0
+        around = (np.array([[-1], [0], [1]]) * grid.side + np.array([-1, 0, 1])).ravel()
+        near = np.clip(own[inside, None] + around, 0, grid.side**2 - 1)
+        cell = grid.label[near]  # (T, 9) obstacle cell, -1: free
+        hit, _ = np.nonzero(cell >= 0)
+        cell = cell[cell >= 0].astype(np.int64)
+        known = clusters[cell] >= 0
+        hit, cell = hit[known], cell[known]
+        shape_point = np.flatnonzero(inside)[hit]
+        track = shapes.owner[shape_point]
+        # cells of clusters on tracks; points of tracks on clusters
+        pairs = np.unique(track * np.int64(max(len(clusters), 1)) + cell)
+        on_track, covered = np.divmod(pairs, max(len(clusters), 1))
+        self.cluster_share = self._table(on_track, clusters[covered])
+        self.cluster_share /= np.maximum(np.bincount(clusters[clusters >= 0], minlength=count), 1)
+        points = np.unique(shape_point * np.int64(max(count, 1)) + clusters[cell])
+        point, cluster = np.divmod(points, max(count, 1))
+        self.track_share = self._table(shapes.owner[point], cluster)
+        self.track_share /= np.maximum(shapes.lengths, 1)[:, None]
+
+    def _table(self, track: np.ndarray, cluster: np.ndarray) -> np.ndarray:
+        """(tracks, clusters) how often each pair occurs."""
+        size = self._tracks * self._count
+        at = track * self._count + cluster
+        return np.bincount(at, minlength=size).reshape(self._tracks, self._count).astype(float)
+
+    def owners(self, least: float) -> dict[int, np.ndarray]:
+        """Tracks of each cluster that carries two or more of them to a large extent."""
+        track, cluster = np.nonzero(self.track_share >= least)
+        split = np.flatnonzero(np.bincount(cluster, minlength=self._count) >= 2)
+        return {int(j): track[cluster == j] for j in split}
+
+    def covered(self, least: float) -> list[tuple[int, int]]:
+        """(track, cluster) of each cluster that a track covers to a large extent."""
+        return list(zip(*(axis.tolist() for axis in np.nonzero(self.cluster_share >= least))))
+
+    def touching(self, least: float) -> tuple[np.ndarray, np.ndarray]:
+        """Tracks and clusters of which either lies on the other by this share."""
+        track, cluster = np.nonzero(np.maximum(self.track_share, self.cluster_share) >= least)
+        return track, cluster
+
+
+class _Atoms:
+    """The finest pieces."""
+
+    def __init__(
+        self,
+        grid: FusionGrid,
+        clusters: np.ndarray,
+        count: int,
+        shapes: Ragged,
+        owners: dict[int, np.ndarray],
+    ) -> None:
+        self.of_cell = clusters.astype(np.int64)
+        self.of_cluster: list[list[int]] = [[j] for j in range(count)]
+        self.of_owner: dict[tuple[int, int], int] = {}  # (track, cluster): atom
+        total = count
+        for cluster, pieces in _parts(grid, clusters, shapes, owners).items():
+            numbers = [
+                cluster,
+                *range(total, total + len(pieces) - 1),
+            ]  # the first keeps the number
+            total += len(pieces) - 1
+            self.of_cluster[cluster] = numbers
+            for atom, (track, cells) in zip(numbers, pieces):
+                self.of_owner[track, cluster] = atom
+                self.of_cell[cells] = atom
+        order = np.argsort(self.of_cell, kind="stable")
+        order = order[np.searchsorted(self.of_cell[order], 0) :]
+        lengths = np.bincount(self.of_cell[order], minlength=total)
+        self.cells = Ragged.of_lengths(order, lengths)
+
+    def of_track(self, covered: Sequence[tuple[int, int]]) -> dict[int, list[int]]:
+        """What each track consists of: clusters that it covers and its parts of split ones."""
+        parts: dict[int, set] = {}
+        for (track, _), atom in self.of_owner.items():
+            parts.setdefault(track, set()).add(atom)
+        for track, cluster in covered:
+            if len(self.of_cluster[cluster]) == 1:
+                parts.setdefault(track, set()).add(cluster)
+        return {track: sorted(own) for track, own in parts.items()}
+
+
+def _parts(
+    grid: FusionGrid, clusters: np.ndarray, shapes: Ragged, owners: dict[int, np.ndarray]
+) -> dict[int, list[tuple[int, np.ndarray]]]:
+    """For each cluster its tracks, each with the obstacle cells that are nearest to it."""
+    if not owners:
+        return {}
+    names = np.array([(j, i) for j, tracks in owners.items() for i in tracks])
+    points, lengths = gather(shapes, names[:, 1])
+    layer = np.repeat(names[:, 0], lengths) * APART
+    tree = cKDTree(np.column_stack([points, layer]))
+    cells = np.flatnonzero(np.isin(clusters, list(owners)))
+    _, nearest = tree.query(np.column_stack([grid.position[cells], clusters[cells] * APART]))
+    name = np.repeat(np.arange(len(names)), lengths)[nearest]
+    parts: dict[int, list[tuple[int, np.ndarray]]] = {}
+    for n, (cluster, track) in enumerate(names.tolist()):
+        own = cells[name == n]
+        if len(own):
+            parts.setdefault(cluster, []).append((track, own))
+    return parts
+
+
+def _overlaps(
+    chosen: list[tuple[int, ...]], parts: dict[int, list[int]], cover: _Cover, atoms: _Atoms
+) -> np.ndarray:
+    """(P, 2) hypothesis and track that belong together whatever their centroids say."""
+    number = {own: h for h, own in enumerate(chosen)}
+    pairs = {(number[own], t) for t, p in parts.items() for own in [tuple(p)] if own in number}
+    pairs |= {(number[(a,)], t) for t, p in parts.items() for a in p if (a,) in number}
+    for track, cluster in zip(*(axis.tolist() for axis in cover.touching(0.3))):
+        pairs.add((number[tuple(atoms.of_cluster[cluster])], track))
+    return np.array(sorted(pairs), np.int64).reshape(-1, 2)

@@ -1,0 +1,106 @@
+"""Obstacle points from raw measurements (paper 000, 3.2 and 3.3): what is specific to a sensor."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from safe_passage.monitoring.parameters import SourceParameters
+
+
+def scan_points(
+    ranges: np.ndarray,
+    angle_min: float,
+    angle_increment: float,
+    T_base_laser: np.ndarray,
+    source: SourceParameters,
+) -> np.ndarray:
+    """Obstacle points of a scan.
+
+    Args:
+        ranges: (N,) [m]; NaN, inf, 0 and what lies outside the source's range is no obstacle.
+        angle_min, angle_increment: [rad], the increment may be negative.
+        T_base_laser: (4, 4) of the laser, mounted in any way.
+        source: of the scan.
+
+    Returns:
+        (M, 3) [m], frame base.
+    """
+    ranges = np.asarray(ranges, float)
+    angles = angle_min + angle_increment * np.arange(len(ranges))
+    valid = (ranges > max(source.range_min, 0.0)) & (ranges <= source.range_max)
+    if source.crop_margin > 0.0 and len(ranges):
+        beams = math.ceil(source.crop_margin / max(abs(angle_increment), 1e-9))
+        valid[:beams], valid[len(ranges) - beams :] = False, False
+    if source.veil_angle > 0.0:
+        valid &= ~veiling(ranges, angle_increment, source.veil_angle, source.veil_points)
+    r, a = ranges[valid], angles[valid]
+    points = np.stack([r * np.cos(a), r * np.sin(a), np.zeros_like(r)], axis=1)
+    return points @ T_base_laser[:3, :3].T + T_base_laser[:3, 3]
+
+
+def veiling(ranges: np.ndarray, increment: float, least: float, longest: int) -> np.ndarray:
+    """Which of `ranges` (N,) [m] float between a near and a far surface (3.2).
+
+    A beam that meets the edge of a near object gives a mean of near and far, so the step to each of
+    its neighbours is steep: the line between them and the beam form less than the angle `least`
+    [rad]. A single steep step is the edge itself; one or some (`longest`) points amid such steps
+    float; steps that go on farther than that are a wall seen at a glancing angle.
+
+    Args:
+        increment: [rad] between beams.
+    """
+    r = np.where(np.isfinite(ranges) & (ranges > 0.0), ranges, np.nan)
+    if len(r) < 3:
+        return np.zeros(len(r), bool)
+    step = np.diff(r)
+    with np.errstate(invalid="ignore"):
+        nearer = np.minimum(r[:-1], r[1:])
+        steep = nearer * math.sin(abs(increment)) < np.abs(step) * math.tan(least)
+    direction = np.where(steep, np.sign(step), 0.0)  # 0 too where there is no return
+    start = np.flatnonzero(np.append(True, direction[1:] != direction[:-1]))
+    length = np.diff(np.append(start, len(direction)))
+    run = np.repeat(np.arange(len(start)), length)
+    floats = (direction[start] != 0.0) & (length >= 2) & (length <= longest + 1)
+    within = np.zeros(len(r), bool)
+    within[1:-1] = (run[:-1] == run[1:]) & floats[run[:-1]]
+    return within
+
+
+def cloud_points(
+    points: np.ndarray, T_base_sensor: np.ndarray, source: SourceParameters
+) -> np.ndarray:
+    """Obstacle points of a cloud: those in the height band between floor and ceiling (3.3).
+
+    Args:
+        points: (N, 3) [m] in the sensor's frame, NaN and inf allowed.
+        T_base_sensor: (4, 4).
+        source: of the cloud.
+
+    Returns:
+        (M, 3) [m], frame base.
+    """
+    points = np.asarray(points)
+    R, t = T_base_sensor[:3, :3].astype(points.dtype), T_base_sensor[:3, 3].astype(points.dtype)
+    with np.errstate(invalid="ignore", over="ignore"):
+        squared = np.einsum("ij,ij->i", points, points)
+        near = (squared >= source.range_min**2) & (squared <= source.range_max**2)
+    in_base = points[near] @ R.T + t  # NaN compares false: gone
+    z = in_base[:, 2]
+    return in_base[(z >= source.min_height) & (z <= source.max_height)]
+
+
+def outside(points: np.ndarray, polygon: np.ndarray, padding: float) -> np.ndarray:
+    """Which of `points` (N, 2+) lie outside the convex `polygon` (M, 2), grown by `padding` [m]."""
+    if not len(polygon):
+        return np.ones(len(points), bool)
+    x, y = points[:, 0], points[:, 1]
+    signed_area = float(np.cross(polygon, np.roll(polygon, -1, axis=0)).sum())
+    turn = 1.0 if signed_area > 0.0 else -1.0
+    inside = np.ones(len(points), bool)
+    for (ax, ay), (bx, by) in zip(polygon, np.roll(polygon, -1, axis=0)):
+        length = math.hypot(bx - ax, by - ay)
+        left = turn * ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / max(length, 1e-9)
+        inside &= left > -padding
+    return ~inside

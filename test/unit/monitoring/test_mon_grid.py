@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from safe_passage.monitoring.aggregation import Points
+from safe_passage.monitoring.clustering import cluster
+from safe_passage.monitoring.fusion_grid import Fusion
+from scipy import ndimage
+
+
+def points(xyz, sensor=None, age=None) -> Points:
+    xyz = np.array(xyz, np.float32).reshape(-1, 3)
+    sensor = np.zeros(len(xyz), int) if sensor is None else np.array(sensor)
+    return Points(xyz, sensor, np.zeros(len(xyz)) if age is None else np.array(age))
+
+
+def fusion(sensors=(False, True)) -> Fusion:
+    return Fusion(2.0, 0.1, np.array(sensors))
+
+
+def test_a_cell_knows_its_points():
+    grid = fusion().fuse(
+        points(
+            [(0.02, 0.03, 0.5), (0.04, 0.05, 0.9), (0.06, 0.07, 0.1), (1.05, -1.05, 0.0)],
+            sensor=[1, 1, 0, 0],
+            age=[0.0, 0.1, 0.2, 0.3],
+        )
+    )
+    assert len(grid.cell) == 2
+    far, near = 0, 1  # row by row from the lower left
+    assert grid.counts.tolist() == [[1, 0], [1, 2]]
+    assert grid.position[near] == pytest.approx([0.04, 0.05])
+    assert grid.position[far] == pytest.approx([1.05, -1.05])
+    assert grid.height[near] == pytest.approx([0.5, 0.9])  # the 2D sensor tells none
+    assert np.isnan(grid.height[far]).all()
+    assert grid.age == pytest.approx([0.3, 0.1])
+    assert grid.density == pytest.approx([100.0, 300.0])
+
+
+def test_what_is_beyond_the_border_is_left_out():
+    grid = fusion().fuse(points([(2.01, 0, 0), (-2.01, 0, 0), (0, 5, 0), (np.nan, 0, 0)]))
+    assert len(grid.cell) == 0
+    assert grid.counts.shape == (0, 2)
+
+
+def test_the_last_cycle_leaves_no_trace():
+    fuse = fusion()
+    fuse.fuse(points([(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)]))
+    grid = fuse.fuse(points([(0.5, 0.5, 0.0)]))
+    assert (grid.label >= 0).sum() == 1
+    assert grid.label[grid.cell].tolist() == [0]
+
+
+@given(arrays(np.float32, (20, 3), elements=st.floats(-2.5, 2.5, width=32)))
+def test_no_point_is_lost_and_none_counted_twice(xyz):
+    grid = fusion().fuse(points(xyz))
+    inside = ((xyz[:, :2] >= -2.0) & (xyz[:, :2] < 2.0)).all(axis=1)
+    assert grid.counts.sum() == pytest.approx(inside.sum(), abs=0)
+    assert (np.diff(grid.cell) > 0).all()
+
+
+def test_diagonal_neighbours_are_one_cluster():
+    grid = fusion().fuse(points([(0.05, 0.05, 0), (0.15, 0.15, 0), (0.35, 0.35, 0)]))
+    assert cluster(grid, min_points=1).tolist() == [0, 0, 1]
+
+
+def test_too_few_points_are_no_cluster():
+    grid = fusion().fuse(points([(0.05, 0.05, 0), (1.05, 0.05, 0), (1.06, 0.05, 0)]))
+    assert cluster(grid, min_points=2).tolist() == [-1, 0]
+
+
+def test_an_empty_grid_has_no_clusters():
+    assert len(cluster(fusion().fuse(points([])), 1)) == 0
+
+
+@given(arrays(bool, (12, 12)))
+def test_clusters_are_the_connected_components(cells):
+    row, column = np.nonzero(cells)
+    xyz = np.column_stack([(column + 0.5) * 0.1, (row + 0.5) * 0.1, np.zeros(len(row))])
+    grid = fusion().fuse(points(xyz))
+    found = cluster(grid, 1)
+    truth, count = ndimage.label(cells, np.ones((3, 3)))
+    assert found.max(initial=-1) + 1 == count
+    pairs = set(zip(found.tolist(), truth[row, column].tolist()))
+    assert len(pairs) == count
