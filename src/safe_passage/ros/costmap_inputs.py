@@ -2,44 +2,18 @@
 
 from __future__ import annotations
 
-import threading
-import time
-from collections import deque
-from dataclasses import dataclass
-
-import numpy as np
 import rospy
 import tf2_ros
 
 from safe_passage.costmap import Observation, quaternion_yaw, transform_points
 from safe_passage.costmap.parameters import CostmapParameters, SourceParameters
-from safe_passage.ros.costmap_conversions import (
-    MESSAGE_TYPES,
-    SensorMessage,
-    UnusableMessageError,
-    sensor_points,
-)
+from safe_passage.ros.costmap_conversions import MESSAGE_TYPES, sensor_points
 from safe_passage.ros.diagnostics import NodeDiagnostics, Outcome
-
-QUEUE = 50  # messages that may wait for their transform, as in costmap_2d
-
-
-@dataclass(frozen=True)
-class Waiting:
-    """Points that wait for the transform at their stamp."""
-
-    stamp: rospy.Time
-    frame: str
-    points: np.ndarray  # (N, 3) m in `frame`
-    arrived: float  # s, monotonic
+from safe_passage.ros.sensor_input import InputLimits, Received, SensorInput
 
 
 class CostmapSource:
-    """One topic: takes messages in as they come and gives observations out when asked.
-
-    A message is transformed at its own stamp or dropped, never with the latest transform: a wrong
-    place would mark free space and clear obstacles.
-    """
+    """One topic: gives observations out when asked."""
 
     def __init__(
         self,
@@ -48,82 +22,31 @@ class CostmapSource:
         tf_buffer: tf2_ros.Buffer,
         diagnostics: NodeDiagnostics,
     ) -> None:
-        self._source, self._costmap = source, costmap
-        self._tf, self._diagnostics = tf_buffer, diagnostics
-        self._lock = threading.Lock()
-        self._waiting: deque[Waiting] = deque()
-        self._newest = rospy.Time()
-        self._topic = rospy.resolve_name(source.topic)
-        diagnostics.expect(self._topic)
-        kind = MESSAGE_TYPES[source.data_type]
-        self._subscriber = rospy.Subscriber(source.topic, kind, self._receive, queue_size=QUEUE)
+        self._source, self._costmap, self._tf = source, costmap, tf_buffer
+        tolerance = costmap.transform_tolerance
+        self._input = SensorInput(
+            source.topic,
+            MESSAGE_TYPES[source.data_type],
+            InputLimits(costmap.max_observation_age, tolerance, tolerance),
+            diagnostics,
+            lambda message: sensor_points(message, source),
+            self._observe,
+        )
 
     def take(self, now: rospy.Time) -> list[tuple[Observation, float]]:
-        """Observations whose transform is known by now, oldest first, with their time of arrival.
-
-        The others wait for up to transform_tolerance.
-        """
-        with self._lock:
-            waiting, self._waiting = self._waiting, deque()
-        taken = []
-        for entry in waiting:
-            observation = self._observe(entry, now)
-            if observation is not None:
-                taken.append((observation, entry.arrived))
-        return taken
+        """Observations whose transform is known by now, oldest first, and when they arrived."""
+        return self._input.take(now)
 
     def restart(self) -> None:
         """Forget what waits and what came last."""
-        with self._lock:
-            self._waiting.clear()
-            self._newest = rospy.Time()
+        self._input.restart()
 
-    def _receive(self, message: SensorMessage) -> None:
-        outcome, detail = self._judge_stamp(message.header.stamp, rospy.Time.now())
-        points = None
-        if outcome is Outcome.OK:
-            try:
-                points = sensor_points(message, self._source)
-            except UnusableMessageError as error:
-                outcome, detail = error.outcome, str(error)
-        if points is None:
-            self._diagnostics.count(self._topic, outcome, detail)
-            return
-        header = message.header
-        entry = Waiting(header.stamp, header.frame_id, points, time.monotonic())
-        with self._lock:
-            self._newest = header.stamp
-            self._waiting.append(entry)
-            crowded_out = self._waiting.popleft() if len(self._waiting) > QUEUE else None
-        if crowded_out:
-            self._diagnostics.count(self._topic, Outcome.NO_TF, "too many messages wait")
-
-    def _judge_stamp(self, stamp: rospy.Time, now: rospy.Time) -> tuple[Outcome, str]:
-        age = (now - stamp).to_sec()
-        if age > self._costmap.max_observation_age:
-            return Outcome.STALE, f"{age:.3f} s old"
-        if age < -self._costmap.transform_tolerance:
-            return Outcome.FUTURE, f"{-age:.3f} s ahead"
-        if stamp < self._newest:
-            return Outcome.OUT_OF_ORDER, f"{(self._newest - stamp).to_sec():.3f} s behind the last"
-        return Outcome.OK, ""
-
-    def _observe(self, entry: Waiting, now: rospy.Time) -> Observation | None:
-        """The observation, or None: dropped and counted, or put back to wait."""
-        try:
-            moved = self._lookup(entry.frame, entry.stamp)
-            origin = self._lookup(self._source.sensor_frame or entry.frame, entry.stamp)
-        except tf2_ros.TransformException as error:
-            if (now - entry.stamp).to_sec() > self._costmap.transform_tolerance:
-                self._diagnostics.count(self._topic, Outcome.NO_TF, str(error))
-            else:
-                with self._lock:
-                    self._waiting.append(entry)
-            return None
-        self._diagnostics.count(self._topic, Outcome.OK)
+    def _observe(self, entry: Received) -> Observation:
+        moved = self._lookup(entry.frame, entry.stamp)
+        origin = self._lookup(self._source.sensor_frame or entry.frame, entry.stamp)
         shift, turn = moved.translation, moved.rotation
         points = transform_points(
-            entry.points, (shift.x, shift.y, shift.z), (turn.x, turn.y, turn.z, turn.w)
+            entry.content, (shift.x, shift.y, shift.z), (turn.x, turn.y, turn.z, turn.w)
         )
         at = origin.translation
         return Observation(entry.stamp.to_sec(), (at.x, at.y, at.z), points)

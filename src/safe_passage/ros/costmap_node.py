@@ -23,8 +23,9 @@ from safe_passage.costmap import (
 )
 from safe_passage.ros.clock import JumpDetector
 from safe_passage.ros.costmap_conversions import to_grid, to_grid_update, to_polygon
-from safe_passage.ros.costmap_inputs import QUEUE, CostmapSource, RobotPose
+from safe_passage.ros.costmap_inputs import CostmapSource, RobotPose
 from safe_passage.ros.diagnostics import NodeDiagnostics
+from safe_passage.ros.sensor_input import QUEUE
 
 OnUpdate = Callable[[CostmapUpdate, Pose, rospy.Time], None]
 SILENT_AFTER = 1.0  # s without a message before diagnostics report an error

@@ -16,8 +16,8 @@ from safe_passage.leg_detection.persons import LegPerson
 from safe_passage.leg_detection.pipeline import LegDetection
 from safe_passage.leg_detection.scan import Scan
 from safe_passage.msg import Person, PersonArray
-from safe_passage.ros.costmap_conversions import UnusableMessageError
 from safe_passage.ros.diagnostics import Outcome
+from safe_passage.ros.sensor_conversions import UnusableMessageError
 
 PERSON_WIDTH = 0.5  # [m] of the box around a person
 LEG_WIDTH = 0.14  # [m] of a leg's marker

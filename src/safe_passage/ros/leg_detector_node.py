@@ -17,10 +17,10 @@ from safe_passage.leg_detection.parameters import LegDetectorParameters
 from safe_passage.leg_detection.pipeline import LegDetector
 from safe_passage.msg import PersonArray
 from safe_passage.ros.clock import JumpDetector
-from safe_passage.ros.costmap_conversions import UnusableMessageError
 from safe_passage.ros.diagnostics import NodeDiagnostics, Outcome
 from safe_passage.ros.leg_conversions import from_message, to_markers, to_persons
 from safe_passage.ros.parameters import read_parameters
+from safe_passage.ros.sensor_conversions import UnusableMessageError
 
 
 @dataclass(frozen=True)

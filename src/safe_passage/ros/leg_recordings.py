@@ -11,8 +11,8 @@ import rosbag
 from safe_passage.core.errors import InputError
 from safe_passage.leg_detection.scan import Scan
 from safe_passage.leg_detection.training_data import LegRecording
-from safe_passage.ros.costmap_conversions import UnusableMessageError
 from safe_passage.ros.leg_conversions import from_message
+from safe_passage.ros.sensor_conversions import UnusableMessageError
 
 SCAN, LEGS = "sensor_msgs/LaserScan", "geometry_msgs/PoseArray"
 

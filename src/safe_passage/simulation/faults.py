@@ -14,7 +14,7 @@ import numpy as np
 
 from safe_passage.core.errors import ParameterError
 from safe_passage.core.parameters import check_choice, check_range
-from safe_passage.simulation.reading import build_list
+from safe_passage.core.reading import build_list
 
 # What `value` means: least, most, unit; None: nothing, the kind takes no value.
 VALUES = {

@@ -14,7 +14,7 @@ import numpy as np
 
 from safe_passage.core.errors import ParameterError
 from safe_passage.core.parameters import check_flag, check_range
-from safe_passage.simulation.reading import build, build_list, read_yaml
+from safe_passage.core.reading import build, build_list, read_yaml
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ import numpy as np
 from safe_passage.core.errors import ParameterError
 from safe_passage.core.geometry import Pose
 from safe_passage.core.parameters import check_range
+from safe_passage.core.reading import build, build_list, read_yaml
 from safe_passage.simulation.blocks import MATERIALS, Block, Hall
 from safe_passage.simulation.elements import BoxElement, PalletElement, RackElement, WallElement
 from safe_passage.simulation.furniture import (
@@ -25,7 +26,6 @@ from safe_passage.simulation.furniture import (
     StoolElement,
     TrolleyElement,
 )
-from safe_passage.simulation.reading import build, build_list, read_yaml
 
 __all__ = ["MATERIALS", "Block", "PersonPlan", "World", "load_world", "make_world"]
 

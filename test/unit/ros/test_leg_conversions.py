@@ -6,9 +6,9 @@ import pytest
 from safe_passage.leg_detection.persons import Leg, LegPerson
 from safe_passage.leg_detection.pipeline import LegDetection
 from safe_passage.msg import Person
-from safe_passage.ros.costmap_conversions import UnusableMessageError
 from safe_passage.ros.diagnostics import Outcome
 from safe_passage.ros.leg_conversions import from_message, to_markers, to_persons
+from safe_passage.ros.sensor_conversions import UnusableMessageError
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker

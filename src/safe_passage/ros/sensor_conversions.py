@@ -1,0 +1,68 @@
+"""Scans and clouds to arrays, or the reason why that is not possible."""
+
+from __future__ import annotations
+
+import numpy as np
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField
+
+from safe_passage.ros.diagnostics import Outcome
+
+
+class UnusableMessageError(Exception):
+    """A message that cannot be used, and why."""
+
+    def __init__(self, outcome: Outcome, detail: str) -> None:
+        super().__init__(detail)
+        self.outcome = outcome
+
+
+def scan_ranges(scan: LaserScan) -> np.ndarray:
+    """Ranges (N,) float32 [m] as the scan has them; raises UnusableMessageError."""
+    geometry = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max)
+    if not np.isfinite(geometry).all() or scan.range_max <= scan.range_min:
+        raise UnusableMessageError(Outcome.BAD_FIELDS, f"angles and range limits {geometry}")
+    if not scan.ranges:
+        raise UnusableMessageError(Outcome.EMPTY, "no beams")
+    if scan.angle_increment == 0.0 and len(scan.ranges) > 1:
+        raise UnusableMessageError(Outcome.BAD_FIELDS, "every beam has the same direction")
+    ranges = np.array(scan.ranges, dtype=np.float32)
+    if np.isnan(ranges).all():
+        raise UnusableMessageError(Outcome.NOT_FINITE, "every range is NaN")
+    return ranges
+
+
+def cloud_xyz(cloud: PointCloud2) -> np.ndarray:
+    """Points (N, 3) float32 [m], the cloud's frame; raises UnusableMessageError."""
+    fields = {field.name: field for field in cloud.fields}
+    for axis in "xyz":
+        field = fields.get(axis)
+        if field is None or field.datatype != PointField.FLOAT32:
+            raise UnusableMessageError(Outcome.BAD_FIELDS, f"no float32 field {axis}")
+        if field.offset + 4 > cloud.point_step:
+            raise UnusableMessageError(Outcome.BAD_FIELDS, f"field {axis} outside the point")
+    shape = (cloud.height, cloud.width)
+    if 0 in shape:
+        raise UnusableMessageError(Outcome.EMPTY, "no points")
+    too_short = cloud.row_step < cloud.width * cloud.point_step
+    if too_short or len(cloud.data) < cloud.height * cloud.row_step:
+        raise UnusableMessageError(Outcome.BAD_FIELDS, f"{len(cloud.data)} bytes for {shape}")
+    layout = np.dtype(
+        {
+            "names": list("xyz"),
+            "formats": [">f4" if cloud.is_bigendian else "<f4"] * 3,
+            "offsets": [fields[axis].offset for axis in "xyz"],
+            "itemsize": cloud.point_step,
+        }
+    )
+    strides = (cloud.row_step, cloud.point_step)
+    grid = np.ndarray(shape, layout, buffer=cloud.data, strides=strides)
+    return refuse_nan(np.stack([grid[axis].ravel() for axis in "xyz"], axis=1).astype(np.float32))
+
+
+def refuse_nan(points: np.ndarray) -> np.ndarray:
+    """The points (N, 3), unless there is none without a NaN: then UnusableMessageError."""
+    if not len(points):
+        raise UnusableMessageError(Outcome.EMPTY, "no points")
+    if np.isnan(points).any(axis=1).all():
+        raise UnusableMessageError(Outcome.NOT_FINITE, "every point has a NaN")
+    return points

@@ -1,0 +1,147 @@
+"""A sensor's topic: its messages wait for the transforms at their own stamp, or are dropped."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass
+from typing import Any, Callable
+
+import rospy
+import tf2_ros
+
+from safe_passage.ros.diagnostics import NodeDiagnostics, Outcome
+from safe_passage.ros.sensor_conversions import UnusableMessageError
+
+QUEUE = 50  # messages that may wait for their transform, as in costmap_2d
+BUFFER = 2**24  # bytes; with rospy's own 2**16 a cloud of some MB arrives late
+
+
+@dataclass(frozen=True)
+class InputLimits:
+    """Which messages are taken."""
+
+    max_age: float  # [s] older ones are dropped
+    max_future: float  # [s] those stamped farther ahead are dropped
+    transform_tolerance: float  # [s] a message waits so long for its transforms
+
+
+@dataclass(frozen=True)
+class Received:
+    """A message's content, which waits for the transforms at its stamp."""
+
+    stamp: rospy.Time
+    frame: str
+    content: Any
+    arrived: float  # [s] monotonic
+
+
+class SensorInput:
+    """Takes messages in as they come and gives out what is made of them when asked.
+
+    A message is placed by the transforms at its own stamp or dropped, never by the latest ones: a
+    wrong place would mark free space and clear obstacles.
+
+    Args:
+        topic, kind: of the messages, which have a header.
+        read: a message's content; raises UnusableMessageError.
+        place: what is given out; raises tf2_ros.TransformException while tf does not know it.
+        on_news: called after each message.
+    """
+
+    def __init__(
+        self,
+        topic: str,
+        kind: type,
+        limits: InputLimits,
+        diagnostics: NodeDiagnostics,
+        read: Callable[[Any], Any],
+        place: Callable[[Received], Any],
+        on_news: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._limits, self._diagnostics = limits, diagnostics
+        self._read, self._place, self._on_news = read, place, on_news
+        self._lock = threading.Lock()
+        self._waiting: deque[Received] = deque()
+        self._newest = rospy.Time()
+        self.topic = rospy.resolve_name(topic)
+        diagnostics.expect(self.topic)
+        self._subscriber = rospy.Subscriber(
+            topic, kind, self._receive, queue_size=QUEUE, buff_size=BUFFER
+        )
+
+    @property
+    def waits(self) -> bool:
+        """Whether a message is here that was not given out."""
+        return bool(self._waiting)
+
+    def take(self, now: rospy.Time) -> list[tuple[Any, float]]:
+        """What can be placed by now, oldest first, with its time of arrival [s, monotonic].
+
+        The others wait for up to transform_tolerance.
+        """
+        with self._lock:
+            waiting, self._waiting = self._waiting, deque()
+        taken = []
+        for entry in waiting:
+            placed = self._placed(entry, now)
+            if placed is not None:
+                taken.append((placed, entry.arrived))
+        return taken
+
+    def restart(self) -> None:
+        """Forget what waits and what came last."""
+        with self._lock:
+            self._waiting.clear()
+            self._newest = rospy.Time()
+
+    def _receive(self, message: Any) -> None:
+        self._queue(message)
+        self._on_news()
+
+    def _queue(self, message: Any) -> None:
+        header, arrived = message.header, time.monotonic()
+        outcome, detail = self._judge(header.frame_id, header.stamp, rospy.Time.now())
+        content = None
+        if outcome is Outcome.OK:
+            try:
+                content = self._read(message)
+            except UnusableMessageError as error:
+                outcome, detail = error.outcome, str(error)
+        if outcome is not Outcome.OK:
+            self._diagnostics.count(self.topic, outcome, detail)
+            return
+        entry = Received(header.stamp, header.frame_id, content, arrived)
+        with self._lock:
+            self._newest = header.stamp
+            self._waiting.append(entry)
+            crowded_out = self._waiting.popleft() if len(self._waiting) > QUEUE else None
+        if crowded_out:
+            self._diagnostics.count(self.topic, Outcome.NO_TF, "too many messages wait")
+
+    def _judge(self, frame: str, stamp: rospy.Time, now: rospy.Time) -> tuple[Outcome, str]:
+        age = (now - stamp).to_sec()
+        if not frame:
+            return Outcome.BAD_FIELDS, "no frame_id"
+        if age > self._limits.max_age:
+            return Outcome.STALE, f"{age:.3f} s old"
+        if age < -self._limits.max_future:
+            return Outcome.FUTURE, f"{-age:.3f} s ahead"
+        if stamp < self._newest:
+            return Outcome.OUT_OF_ORDER, f"{(self._newest - stamp).to_sec():.3f} s behind the last"
+        return Outcome.OK, ""
+
+    def _placed(self, entry: Received, now: rospy.Time) -> Any:
+        """What is made of the entry, or None: dropped and counted, or put back to wait."""
+        try:
+            placed = self._place(entry)
+        except tf2_ros.TransformException as error:
+            if (now - entry.stamp).to_sec() > self._limits.transform_tolerance:
+                self._diagnostics.count(self.topic, Outcome.NO_TF, str(error))
+            else:
+                with self._lock:
+                    self._waiting.append(entry)
+            return None
+        self._diagnostics.count(self.topic, Outcome.OK)
+        return placed
