@@ -33,14 +33,14 @@ Alignment ShapeAligner::align_exhaustively(const Points& hypothesis, const Point
   return result;
 }
 
-void ShapeAligner::Found::offer(Step other, int other_score) {
-  if (other_score < score) return;
+void ShapeAligner::Found::offer(Step other, int other_value) {
+  if (other_value < value) return;
   const bool shorter =
       other.squared() < step.squared() || (other.squared() == step.squared() &&
                                            std::pair(other.y, other.x) < std::pair(step.y, step.x));
-  if (other_score == score && !shorter) return;
+  if (other_value == value && !shorter) return;
   step = other;
-  score = other_score;
+  value = other_value;
 }
 
 // The object's weights; the map has room for the largest displacement and what is looked up there.
@@ -134,33 +134,35 @@ ShapeAligner::Found ShapeAligner::branch_and_bound() const {
   for (int y = -reach_; y <= reach_; y += kFine)
     for (int x = -reach_; x <= reach_; x += kFine)
       boxes.push_back({{x, y}, bound({x, y}), Step{shortest(x), shortest(y)}.squared()});
+  for (Box& box : boxes) box.bound -= kStay * box.nearest;
   std::sort(boxes.begin(), boxes.end(), [](const Box& a, const Box& b) {
     return a.bound != b.bound ? a.bound > b.bound : a.nearest < b.nearest;
   });
-  Found best{{0, 0}, score({0, 0})};
+  Found best{{0, 0}, value({0, 0})};
   for (const Box& box : boxes) {
-    if (box.bound < best.score) break;
-    if (box.bound == best.score && box.nearest > best.step.squared()) continue;
+    if (box.bound < best.value) break;
+    if (box.bound == best.value && box.nearest > best.step.squared()) continue;
     for (int y = box.corner.y; y < std::min(box.corner.y + kFine, reach_ + 1); ++y)
       for (int x = box.corner.x; x < std::min(box.corner.x + kFine, reach_ + 1); ++x)
-        best.offer({x, y}, score({x, y}));
+        best.offer({x, y}, value({x, y}));
   }
   return best;
 }
 
 ShapeAligner::Found ShapeAligner::try_all() const {
-  Found best{{0, 0}, score({0, 0})};
+  Found best{{0, 0}, value({0, 0})};
   for (int y = -reach_; y <= reach_; ++y)
-    for (int x = -reach_; x <= reach_; ++x) best.offer({x, y}, score({x, y}));
+    for (int x = -reach_; x <= reach_; ++x) best.offer({x, y}, value({x, y}));
   return best;
 }
 
 Alignment ShapeAligner::describe(const Found& found, std::size_t smaller) const {
   Alignment result;
+  const int full = score(found.step);
   // `step` leads the hypothesis back onto the object
   result.displacement = -fine_ * Eigen::Vector2d(found.step.x, found.step.y);
-  result.overlap = std::min(1.0, static_cast<double>(found.score) / (kFull * double(smaller)));
-  if (found.score <= 0) {
+  result.overlap = std::min(1.0, static_cast<double>(full) / (kFull * double(smaller)));
+  if (full <= 0) {
     result.information.setZero();
     return result;
   }
@@ -169,7 +171,7 @@ Alignment ShapeAligner::describe(const Found& found, std::size_t smaller) const 
     const Step there{found.step.x + kFine * x, found.step.y + kFine * y};
     const Step back{found.step.x - kFine * x, found.step.y - kFine * y};
     const double mean = 0.5 * (score(there) + score(back));
-    return std::max(0.0, (found.score - mean) / kFull - 1.0);
+    return std::max(0.0, (full - mean) / kFull - 1.0);
   };
   const double cross = 0.25 * (loss(1, 1) - loss(1, -1));
   result.information << loss(1, 0), cross, cross, loss(0, 1);

@@ -20,11 +20,14 @@ struct Alignment {
 // Branch and bound over displacements on a grid of a quarter cell. A point of the hypothesis counts
 // by its distance to the nearest point of the object: 1 on it, 0 a cell away and beyond, so that
 // shapes are compared more finely than by whole cells. Boxes of 4 x 4 displacements are bounded by
-// the best that each point could do in them. Of equal displacements the shortest is taken.
+// the best that each point could do in them. A displacement by a cell must win half a cell of overlap,
+// in proportion to its square: along a wall all are nearly equal, and noise must not choose.
 class ShapeAligner {
  public:
   static constexpr int kFine = 4;    // displacements a cell
   static constexpr int kFull = 200;  // weight of a point that lies on the other
+  static constexpr int kStay =
+      kFull / (2 * kFine * kFine);  // cost of a displacement, times its square
 
   // cell: [m] size of a grid cell; reach: [m] largest displacement along each axis, in whole cells.
   ShapeAligner(double cell, double reach);
@@ -41,14 +44,15 @@ class ShapeAligner {
   };
   struct Found {
     Step step;
-    int score = -1;
-    void offer(Step other, int other_score);
+    int value = 0;  // its score less its cost
+    void offer(Step other, int other_value);
   };
 
   void paint(const Points& object);
   void wipe();
   void place(const Points& hypothesis);
   int score(Step step) const;
+  int value(Step step) const { return score(step) - kStay * step.squared(); }
   int bound(Step corner) const;
   Found branch_and_bound() const;
   Found try_all() const;

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from safe_passage.monitoring.fusion_grid import FusionGrid, cell_index
-from safe_passage.monitoring.ragged import Ragged, gather
+from safe_passage.monitoring.ragged import Ragged, gather, moments
 
 MOST_PARTS = 6  # of which every pair is tried; of more only all together
 APART = 1e3  # [m] between clusters, so that one search keeps them apart
@@ -41,6 +41,7 @@ class Hypotheses:
     atoms: list[tuple[int, ...]]  # by hypothesis
     features: Features
     atom_of_cell: np.ndarray  # (K,) of each obstacle cell, -1: none
+    part: np.ndarray  # (H,) bool: it contains a part of a cluster that others have a part of
     overlaps: np.ndarray  # (P, 2) int: hypothesis, track that largely lie on each other
 
     def __len__(self) -> int:
@@ -86,6 +87,7 @@ def propose(
         chosen,
         describe(grid, cells),
         atoms.of_cell,
+        atoms.parts(chosen),
         _overlaps(chosen, parts, cover, atoms),
     )
 
@@ -94,15 +96,7 @@ def describe(grid: FusionGrid, cells: Ragged) -> Features:
     """Features of these sets of obstacle cells."""
     owner, at = cells.owner, cells.values
     number, count = cells.lengths, len(cells)
-    position = grid.position[at]
-
-    def mean(values: np.ndarray) -> np.ndarray:
-        return np.bincount(owner, values, minlength=count) / number
-
-    centre = np.stack([mean(position[:, 0]), mean(position[:, 1])], axis=1)
-    dx, dy = (position - centre[owner]).T
-    xx, xy, yy = mean(dx * dx), mean(dx * dy), mean(dy * dy)
-    extent = np.stack([xx, xy, xy, yy], axis=1).reshape(count, 2, 2)
+    centre, extent = moments(Ragged(grid.position[at], cells.start))
     start = cells.start[:-1]
     if not count:
         empty = np.empty(0)
@@ -115,7 +109,8 @@ def describe(grid: FusionGrid, cells: Ragged) -> Features:
         ],
         axis=1,
     )
-    return Features(centre, extent, number, counts, height, mean(grid.age[at]))
+    age = np.bincount(owner, grid.age[at], minlength=count) / number
+    return Features(centre, extent, number, counts, height, age)
 
 
 class _Cover:
@@ -205,6 +200,13 @@ class _Atoms:
             if len(self.of_cluster[cluster]) == 1:
                 parts.setdefault(track, set()).add(cluster)
         return {track: sorted(own) for track, own in parts.items()}
+
+    def parts(self, chosen: list[tuple[int, ...]]) -> np.ndarray:
+        """(H,) whether each of these sets has some but not all atoms of a cluster."""
+        siblings = {atom: set(own) for own in self.of_cluster for atom in own if len(own) > 1}
+        return np.array(
+            [any(not siblings.get(a, set()) <= set(own) for a in own) for own in chosen], bool
+        )
 
 
 def _parts(

@@ -66,7 +66,7 @@ class TrackerParameters:
 
     composites: bool = True  # add unions of clusters (4.1)
     splits: bool = True  # add parts of clusters (4.1)
-    composite_overlap: float = 0.5  # share of a cluster's cells that a track covers
+    composite_overlap: float = 0.3  # share of a cluster's cells that a track covers
     split_overlap: float = 0.5  # share of a track's cells that a cluster covers
 
     gate: float = 9.2  # squared Mahalanobis distance, 99 % of a 2D normal distribution
@@ -79,7 +79,7 @@ class TrackerParameters:
 
     acceleration: float = 2.0  # [m/s^2] standard deviation of the motion model's noise
     position_noise: float = 0.04  # [m] standard deviation of a compact object's centroid
-    extent_scale: float = 0.5  # [m] standard deviation of an object whose centroid is as uncertain
+    extent_scale: float = 0.33  # [m] standard deviation of an object whose centroid is as uncertain
     initial_speed: float = 0.7  # [m/s] standard deviation of a new track's velocity
     odometry_drift: float = 0.02  # [m/m] and [rad/rad] of ego-motion
 

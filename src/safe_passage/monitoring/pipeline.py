@@ -13,13 +13,13 @@ from safe_passage.monitoring.aggregation import Aggregator, Measurement
 from safe_passage.monitoring.association import associate
 from safe_passage.monitoring.clustering import cluster
 from safe_passage.monitoring.fusion_grid import Fusion, FusionGrid
-from safe_passage.monitoring.hypotheses import Features, Hypotheses, describe, propose
-from safe_passage.monitoring.motion import move_frame, predict, squared_mahalanobis, update
+from safe_passage.monitoring.hypotheses import Hypotheses, describe, propose
+from safe_passage.monitoring.motion import move_frame, predict
+from safe_passage.monitoring.observation import classify, observe
 from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.preprocessing import outside
 from safe_passage.monitoring.ragged import Ragged
-from safe_passage.monitoring.shape_alignment import align
-from safe_passage.monitoring.tracks import Tracks, centroid_noise, new_tracks, no_tracks
+from safe_passage.monitoring.tracks import Tracks, new_tracks, no_tracks, placed_shapes
 
 OFF = 2.0  # a share that is never reached
 
@@ -68,7 +68,7 @@ class ObstacleTracker:
             self._aggregator.add(self._without_robot(measurement))
         grid = self._fusion.fuse(self._aggregator.points(stamp, pose))
         tracks = self._predict(stamp, pose)
-        shapes = predicted_shapes(tracks, pose)
+        shapes = placed_shapes(tracks.shapes, tracks.x[:, :2], pose)
         clusters = cluster(grid, self._p.min_points)
         hypotheses = propose(
             grid,
@@ -78,7 +78,8 @@ class ObstacleTracker:
             self._p.split_overlap if self._p.splits else OFF,
         )
         seen, known = associate(hypotheses, tracks, self._three_dimensional, self._p)
-        tracks = self._observe(tracks, grid, hypotheses, seen, known, shapes, pose)
+        tracks = observe(tracks, grid, hypotheses, (seen, known), pose, self._aligner, self._p)
+        tracks = classify(tracks, known, self._p)
         tracks = self._drop_lost(tracks, known)
         tracks = self._start_new(tracks, grid, hypotheses, seen, stamp, pose)
         self._tracks, self._last = tracks, (stamp, pose)
@@ -87,7 +88,7 @@ class ObstacleTracker:
             pose,
             tracks,
             tracks.hits >= self._p.confirm_cycles,
-            predicted_shapes(tracks, pose),
+            placed_shapes(tracks.shapes, tracks.x[:, :2], pose),
             grid,
             self._aggregator.alive(),
         )
@@ -110,91 +111,6 @@ class ObstacleTracker:
         origin = (tracks.origin - motion[:2]) @ turn.T
         extent = turn @ tracks.extent @ turn.T
         return tracks.with_(x=x, P=P, origin=origin, extent=extent, offset=tracks.offset @ turn.T)
-
-    def _observe(
-        self,
-        tracks: Tracks,
-        grid: FusionGrid,
-        hypotheses: Hypotheses,
-        seen: np.ndarray,
-        known: np.ndarray,
-        shapes: Ragged,
-        pose: Pose,
-    ) -> Tracks:
-        """The tracks `known` after having been seen as the hypotheses `seen`."""
-        features, p = hypotheses.features, self._p
-        age = features.age[seen]
-        x, P = tracks.x[known], tracks.P[known]
-        extent = features.extent[seen]
-        offset = tracks.offset[known]
-        z = features.position[seen] - offset
-        R = centroid_noise(extent, p)
-        points = Ragged.of([grid.position[hypotheses.cells[h]] for h in seen], grid.position)
-        fits = np.zeros(len(seen), bool)
-        grown = np.ones(len(seen), bool)
-        if p.alignment and len(seen):
-            before = Ragged.of([shapes[t] for t in known], grid.position)
-            lag = age[:, None] * x[:, 2:]
-            before = Ragged(before.values - lag[before.owner], before.start)
-            found = align(self._aligner, points, before, p.alignment_noise)
-            fits = found.overlap >= p.alignment_overlap
-            grown = ~fits | (points.lengths > 1.5 * before.lengths)
-            aligned = x[:, :2] - lag + found.displacement
-            # what of the centroid's shift is apparent, by the covariances of both
-            trust = R @ np.linalg.inv(R + found.noise)
-            apparent = np.einsum("nij,nj->ni", trust, z - aligned)
-            offset = offset + np.where(fits[:, None], apparent, 0.0)
-            R = np.where(fits[:, None, None], R - trust @ R, R)
-        x, P = update(x, P, features.position[seen] - offset, R, age)
-        return self._store(tracks, known, x, P, offset, features, seen, points, grown, pose)
-
-    def _store(
-        self,
-        tracks: Tracks,
-        known: np.ndarray,
-        x: np.ndarray,
-        P: np.ndarray,
-        offset: np.ndarray,
-        features: Features,
-        seen: np.ndarray,
-        points: Ragged,
-        grown: np.ndarray,
-        pose: Pose,
-    ) -> Tracks:
-        new = {
-            name: getattr(tracks, name).copy()
-            for name in ("x", "P", "offset", "extent", "cells", "counts", "height", "hits")
-        }
-        new["x"][known], new["P"][known], new["offset"][known] = x, P, offset
-        for name in ("extent", "cells", "counts"):
-            new[name][known] = getattr(features, name)[seen]
-        height = features.height[seen]
-        new["height"][known] = np.where(np.isfinite(height), height, tracks.height[known])
-        new["hits"][known] += 1
-        misses = tracks.misses + 1
-        misses[known] = 0
-        shapes = list(tracks.shapes)
-        to_odometry = rotation(pose[2]).T  # of row vectors
-        age = features.age[seen]
-        for i in np.flatnonzero(grown):
-            at = x[i, :2] - age[i] * x[i, 2:]
-            shapes[known[i]] = (points[i] - at) @ to_odometry
-        tracks = tracks.with_(**new, misses=misses, shapes=shapes)
-        return self._classify(tracks, known)
-
-    def _classify(self, tracks: Tracks, known: np.ndarray) -> Tracks:
-        """Moving or not (paper 000, 5): fast, significantly so, and away from where it began."""
-        p = self._p
-        velocity = tracks.x[known, 2:]
-        way = tracks.x[known, :2] - tracks.origin[known]
-        fast = (
-            (np.hypot(*velocity.T) > p.moving_speed)
-            & (squared_mahalanobis(velocity, tracks.P[known, 2:, 2:]) > p.moving_significance)
-            & (np.hypot(*way.T) > p.moving_distance)
-        )
-        counter = tracks.fast.copy()
-        counter[known] = np.where(fast, counter[known] + 1, 0)
-        return tracks.with_(fast=counter, moving=tracks.moving | (counter >= p.moving_cycles))
 
     def _drop_lost(self, tracks: Tracks, known: np.ndarray) -> Tracks:
         limit = np.where(tracks.hits >= self._p.confirm_cycles, self._p.max_unobserved_cycles, 1)
@@ -228,10 +144,3 @@ class ObstacleTracker:
         fresh = new_tracks(features, shapes, self._next_id, stamp, self._p)
         self._next_id += len(chosen)
         return tracks.join(fresh)
-
-
-def predicted_shapes(tracks: Tracks, pose: Pose) -> Ragged:
-    """Points (M, 2) [m] of each track's cells, frame base at `pose`."""
-    shapes = Ragged.of(tracks.shapes, np.empty((0, 2)))
-    turned = shapes.values @ rotation(-pose[2]).T
-    return Ragged(turned + tracks.x[shapes.owner, :2], shapes.start)

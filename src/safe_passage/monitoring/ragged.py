@@ -58,3 +58,16 @@ def gather(lists: Ragged, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     lengths = lists.lengths[which]
     shift = lists.start[which] - (np.cumsum(lengths) - lengths)
     return lists.values[np.arange(lengths.sum()) + np.repeat(shift, lengths)], lengths
+
+
+def moments(points: Ragged) -> tuple[np.ndarray, np.ndarray]:
+    """Mean (N, 2) and second moment about it (N, 2, 2) of each list of points (M, 2); M > 0."""
+    count = len(points)
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return np.bincount(points.owner, values, minlength=count) / np.maximum(points.lengths, 1)
+
+    centre = np.stack([mean(points.values[:, 0]), mean(points.values[:, 1])], axis=1)
+    dx, dy = (points.values - centre[points.owner]).T
+    xx, xy, yy = mean(dx * dx), mean(dx * dy), mean(dy * dy)
+    return centre, np.stack([xx, xy, xy, yy], axis=1).reshape(count, 2, 2)

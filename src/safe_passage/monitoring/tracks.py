@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import Callable
 
 import numpy as np
 
+from safe_passage.core.geometry import Pose, rotation
 from safe_passage.monitoring.hypotheses import Features
 from safe_passage.monitoring.parameters import TrackerParameters
+from safe_passage.monitoring.ragged import Ragged
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,7 @@ class Tracks:
     fast: np.ndarray  # (N,) cycles in a row that looked like motion
     moving: np.ndarray  # (N,) bool, latched
     shapes: list[np.ndarray]  # N of (M, 2) [m] from the point to the cells, axes of the odometry
+    references: list[np.ndarray]  # the same when the point was fixed, for shape alignment
 
     def __len__(self) -> int:
         return len(self.id)
@@ -49,18 +53,20 @@ class Tracks:
 
     def keep(self, which: np.ndarray) -> Tracks:
         """Those of the mask `which` (N,)."""
-        arrays = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name != "shapes"}
-        shapes = [shape for shape, kept in zip(self.shapes, which) if kept]
-        return Tracks(**arrays, shapes=shapes)
+        return self._each(
+            lambda array: array[which],
+            lambda lists: [own for own, kept in zip(lists, which) if kept],
+        )
 
     def join(self, others: Tracks) -> Tracks:
         """These and then `others`."""
-        arrays = {
-            f.name: np.concatenate([getattr(self, f.name), getattr(others, f.name)])
-            for f in fields(self)
-            if f.name != "shapes"
-        }
-        return Tracks(**arrays, shapes=self.shapes + others.shapes)
+        more = iter([getattr(others, field.name) for field in fields(self)])
+        return self._each(lambda a: np.concatenate([a, next(more)]), lambda a: a + next(more))
+
+    def _each(self, array: Callable, lists: Callable) -> Tracks:
+        """With a function of each array and each list in place of it, in the fields' order."""
+        values = [getattr(self, field.name) for field in fields(self)]
+        return Tracks(*[lists(v) if isinstance(v, list) else array(v) for v in values])
 
     def with_(self, **changes: object) -> Tracks:
         """A copy with these arrays in place of its own."""
@@ -98,6 +104,7 @@ def new_tracks(
         zero,
         np.zeros(count, bool),
         shapes,
+        shapes,
     )
 
 
@@ -121,8 +128,15 @@ def centroid_noise(
     """(N, 2, 2) [m^2] how uncertain the centroid of what is seen is as a point of the object.
 
     Of a large object different parts are seen from different places; the uncertainty grows with the
-    square of its extent, so that a person's stays that of the sensors and a wall's says nothing
+    cube of its extent, so that a person's stays that of the sensors and a wall's says nothing
     along the wall. compact: without that part.
     """
     noise = np.broadcast_to(parameters.position_noise**2 * np.eye(2), extent.shape)
-    return noise if compact else noise + extent @ extent / parameters.extent_scale**2
+    return noise if compact else noise + extent @ extent @ extent / parameters.extent_scale**4
+
+
+def placed_shapes(shapes: list[np.ndarray], positions: np.ndarray, pose: Pose) -> Ragged:
+    """Points (M, 2) [m] of each of `shapes` around its `positions` (N, 2), frame base at `pose`."""
+    joined = Ragged.of(shapes, np.empty((0, 2)))
+    turned = joined.values @ rotation(-pose[2]).T
+    return Ragged(turned + positions[joined.owner], joined.start)

@@ -38,9 +38,8 @@ def hypotheses_of(seen: Features, atoms=None, overlaps=()) -> Hypotheses:
     n = len(seen.position)
     atoms = [(i,) for i in range(n)] if atoms is None else atoms
     cells = Ragged.of([np.array([i]) for i in range(n)], np.empty(0, int))
-    return Hypotheses(
-        cells, atoms, seen, np.arange(n), np.array(overlaps, np.int64).reshape(-1, 2)
-    )
+    pairs = np.array(overlaps, np.int64).reshape(-1, 2)
+    return Hypotheses(cells, atoms, seen, np.arange(n), np.zeros(n, bool), pairs)
 
 
 def pairs(hypotheses, tracks) -> set:

@@ -1,0 +1,150 @@
+"""Tracks after having been seen: their place, speed, and whether they move (paper 000, 4.3, 5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from safe_passage._monitoring import ShapeAligner
+from safe_passage.core.geometry import Pose, rotation
+from safe_passage.monitoring.fusion_grid import FusionGrid
+from safe_passage.monitoring.hypotheses import Hypotheses
+from safe_passage.monitoring.motion import squared_mahalanobis, update
+from safe_passage.monitoring.parameters import TrackerParameters
+from safe_passage.monitoring.ragged import Ragged, moments
+from safe_passage.monitoring.shape_alignment import align
+from safe_passage.monitoring.tracks import Tracks, centroid_noise, placed_shapes
+
+GROWN = 1.5  # times the cells of its reference: more of the object is seen now
+
+
+@dataclass(frozen=True)
+class Sight:
+    """How M tracks are seen."""
+
+    offset: np.ndarray  # (M, 2) [m] of the seen centroid from the track's point
+    noise: np.ndarray  # (M, 2, 2) [m^2] of the point's measured position
+    renew: np.ndarray  # (M,) bool: the reference shape does not fit any more
+
+
+def observe(
+    tracks: Tracks,
+    grid: FusionGrid,
+    hypotheses: Hypotheses,
+    pairs: tuple[np.ndarray, np.ndarray],
+    pose: Pose,
+    aligner: ShapeAligner,
+    parameters: TrackerParameters,
+) -> Tracks:
+    """The tracks after those of `pairs` (hypotheses (M,), tracks (M,)) have been seen."""
+    seen, known = pairs
+    features = hypotheses.features
+    age = features.age[seen]
+    points = Ragged.of([grid.position[hypotheses.cells[h]] for h in seen], grid.position)
+    position = features.position[seen]
+    if parameters.alignment and len(seen):
+        sight = _aligned(tracks, known, points, position, age, pose, aligner, parameters)
+    else:
+        noise = centroid_noise(features.extent[seen], parameters)
+        sight = Sight(tracks.offset[known], noise, np.ones(len(seen), bool))
+    x, P = update(tracks.x[known], tracks.P[known], position - sight.offset, sight.noise, age)
+    was_at = x[:, :2] - age[:, None] * x[:, 2:]
+    shapes, references = _shapes(tracks, hypotheses, pairs, points, was_at, sight.renew, pose)
+    misses = tracks.misses + 1
+    misses[known] = 0
+    height = features.height[seen]
+    return tracks.with_(
+        x=_replaced(tracks.x, known, x),
+        P=_replaced(tracks.P, known, P),
+        offset=_replaced(tracks.offset, known, sight.offset),
+        extent=_replaced(tracks.extent, known, features.extent[seen]),
+        cells=_replaced(tracks.cells, known, features.cells[seen]),
+        counts=_replaced(tracks.counts, known, features.counts[seen]),
+        height=_replaced(
+            tracks.height, known, np.where(np.isfinite(height), height, tracks.height[known])
+        ),
+        hits=_replaced(tracks.hits, known, tracks.hits[known] + 1),
+        misses=misses,
+        shapes=shapes,
+        references=references,
+    )
+
+
+def _aligned(
+    tracks: Tracks,
+    known: np.ndarray,
+    points: Ragged,
+    position: np.ndarray,
+    age: np.ndarray,
+    pose: Pose,
+    aligner: ShapeAligner,
+    parameters: TrackerParameters,
+) -> Sight:
+    """How much of each centroid's shift is apparent, as the shape says.
+
+    Shape and centroid each tell where the track's point is, with their covariances; what the
+    centroid says beyond the mean of both is apparent motion and goes into the offset.
+    """
+    x, offset = tracks.x[known], tracks.offset[known]
+    was_at = x[:, :2] - age[:, None] * x[:, 2:]
+    references = [tracks.references[t] for t in known]
+    before = placed_shapes(references, was_at, pose)
+    found = align(aligner, points, before, parameters.alignment_noise)
+    extents = np.stack([moments(before)[1], moments(points)[1]])
+    larger = np.trace(extents, axis1=2, axis2=3).argmax(axis=0)
+    noise = centroid_noise(extents[larger, np.arange(len(known))], parameters)
+    trust = noise @ np.linalg.inv(noise + found.noise)  # in the shape, against the centroid
+    difference = position - offset - (was_at + found.displacement)
+    apparent = np.einsum("nij,nj->ni", trust, difference)
+    fits = found.overlap >= parameters.alignment_overlap
+    return Sight(
+        offset + np.where(fits[:, None], apparent, 0.0),
+        np.where(fits[:, None, None], noise - trust @ noise, noise),
+        ~fits | (points.lengths > GROWN * before.lengths),
+    )
+
+
+def _shapes(
+    tracks: Tracks,
+    hypotheses: Hypotheses,
+    pairs: tuple[np.ndarray, np.ndarray],
+    points: Ragged,
+    was_at: np.ndarray,
+    renew: np.ndarray,
+    pose: Pose,
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Shapes and references; a part cut off a cluster says little of the object's own shape."""
+    shapes, references = list(tracks.shapes), list(tracks.references)
+    to_odometry = rotation(pose[2]).T  # of row vectors
+    seen, known = pairs
+    for i, (h, t) in enumerate(zip(seen.tolist(), known.tolist())):
+        if hypotheses.part[h]:
+            continue
+        shapes[t] = (points[i] - was_at[i]) @ to_odometry
+        if renew[i]:
+            references[t] = shapes[t]
+    return shapes, references
+
+
+def _replaced(values: np.ndarray, at: np.ndarray, by: np.ndarray) -> np.ndarray:
+    changed = values.copy()
+    changed[at] = by
+    return changed
+
+
+def classify(tracks: Tracks, known: np.ndarray, parameters: TrackerParameters) -> Tracks:
+    """Whether the tracks `known` (M,) move: fast, significantly so, and away from their origin.
+
+    Once a track moves it stays moving (paper 000, section 5).
+    """
+    velocity = tracks.velocity[known]
+    way = tracks.x[known, :2] - tracks.origin[known]
+    significance = squared_mahalanobis(velocity, tracks.P[known, 2:, 2:])
+    fast = (
+        (np.hypot(*velocity.T) > parameters.moving_speed)
+        & (significance > parameters.moving_significance)
+        & (np.hypot(*way.T) > parameters.moving_distance)
+    )
+    counter = _replaced(tracks.fast, known, np.where(fast, tracks.fast[known] + 1, 0))
+    return tracks.with_(fast=counter, moving=tracks.moving | (counter >= parameters.moving_cycles))
