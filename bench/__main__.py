@@ -59,13 +59,13 @@ def main() -> int:
     parser.add_argument("--json", type=Path, help="write the results here")
     parser.add_argument("--quick", action="store_true", help="every metric, on less work")
     args = parser.parse_args()
-    metrics: list[dict] = []
+    measured, metrics = commit(), []  # the tree may have changed by the end
     for name in FULL if args.name == "all" else [args.name]:
         metrics += importlib.import_module(f"bench.{name}").run(args.quick)
     print(table(metrics))
     result = {
         "benchmark": args.name + (" (quick)" if args.quick else ""),
-        "commit": commit(),
+        "commit": measured,
         "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d"),
         "machine": machine(),
         "metrics": metrics,
