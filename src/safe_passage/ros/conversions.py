@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2, PointField
 from std_msgs.msg import Header
+
+from safe_passage.core.geometry import Pose
+from safe_passage.costmap import quaternion_yaw
 
 
 def to_header(stamp: rospy.Time, frame_id: str) -> Header:
@@ -82,3 +85,17 @@ def to_transform(
         np.eye(3) if rotation is None else rotation
     ).as_quat()
     return message
+
+
+def from_transform(message: TransformStamped) -> np.ndarray:
+    """(4, 4) of the child's pose in the header's frame."""
+    place, turn = message.transform.translation, message.transform.rotation
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_quat((turn.x, turn.y, turn.z, turn.w)).as_matrix()
+    T[:3, 3] = place.x, place.y, place.z
+    return T
+
+
+def planar_pose(place: Point | Vector3, turn: Quaternion) -> Pose:
+    """Place and heading as seen from above."""
+    return place.x, place.y, quaternion_yaw((turn.x, turn.y, turn.z, turn.w))

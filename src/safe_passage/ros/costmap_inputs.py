@@ -5,8 +5,9 @@ from __future__ import annotations
 import rospy
 import tf2_ros
 
-from safe_passage.costmap import Observation, quaternion_yaw, transform_points
+from safe_passage.costmap import Observation, transform_points
 from safe_passage.costmap.parameters import CostmapParameters, SourceParameters
+from safe_passage.ros.conversions import planar_pose
 from safe_passage.ros.costmap_conversions import MESSAGE_TYPES, sensor_points
 from safe_passage.ros.diagnostics import NodeDiagnostics, Outcome
 from safe_passage.ros.sensor_input import InputLimits, Received, SensorInput
@@ -83,5 +84,4 @@ class RobotPose:
             rospy.logwarn_throttle(5.0, f"no update, {self.NAME} {age:.3f} s old")
             return None
         self._diagnostics.count(self.NAME, Outcome.OK)
-        at, turn = found.transform.translation, found.transform.rotation
-        return at.x, at.y, quaternion_yaw((turn.x, turn.y, turn.z, turn.w))
+        return planar_pose(found.transform.translation, found.transform.rotation)

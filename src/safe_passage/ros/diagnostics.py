@@ -37,6 +37,7 @@ class NodeDiagnostics:
         self._lock = threading.Lock()
         self._outcomes: dict[str, Counter[Outcome]] = defaultdict(Counter)
         self._expected: set[str] = set()
+        self._faulty: set[str] = set()
         self._last: dict[str, tuple[float, Outcome]] = {}
         self._last_ok: dict[str, float] = {}
         self._started = self._reported = time.monotonic()
@@ -83,6 +84,15 @@ class NodeDiagnostics:
             return ""
         return f"silent: {name}" if outcome else f"waiting for: {name}"
 
+    def _log_change(self, name: str, fault: str) -> None:
+        """Say once when an input fails, and when it is back."""
+        if fault and name not in self._faulty:
+            rospy.logwarn(fault)
+            self._faulty.add(name)
+        elif not fault and name in self._faulty:
+            rospy.loginfo(f"{name} is back")
+            self._faulty.remove(name)
+
     def _run(self) -> None:
         stop = threading.Event()
         rospy.on_shutdown(stop.set)
@@ -99,6 +109,7 @@ class NodeDiagnostics:
                 fault = self._fault(name, now)
                 if fault:
                     status.mergeSummary(DiagnosticStatus.ERROR, fault)
+                self._log_change(name, fault)
                 for outcome, number in outcomes.items():
                     status.add(f"{name} {outcome.value}", str(number))
             period = max(now - self._reported, 1e-3)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import rospy
 
@@ -13,8 +13,11 @@ T = TypeVar("T")
 NOT_OURS = {"diagnostic_period"}  # belongs to diagnostic_updater
 
 
+def private_values() -> dict[str, Any]:
+    """All of `~` that is ours."""
+    return {key: value for key, value in rospy.get_param("~", {}).items() if key not in NOT_OURS}
+
+
 def read_parameters(cls: type[T]) -> T:
     """All of `~` as one `cls`; raises ParameterError naming an unknown or wrong parameter."""
-    values = rospy.get_param("~", {})
-    mapping = {key: value for key, value in values.items() if key not in NOT_OURS}
-    return from_mapping(cls, mapping, rospy.get_name())
+    return from_mapping(cls, private_values(), rospy.get_name())

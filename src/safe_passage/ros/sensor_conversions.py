@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 
@@ -14,6 +16,28 @@ class UnusableMessageError(Exception):
     def __init__(self, outcome: Outcome, detail: str) -> None:
         super().__init__(detail)
         self.outcome = outcome
+
+
+@dataclass(frozen=True)
+class Beams:
+    """A scan."""
+
+    ranges: np.ndarray  # (N,) float32 [m], NaN: no return within the scanner's range
+    angle_min: float  # [rad] of the first beam, the scanner's frame
+    angle_increment: float  # [rad], negative: the scanner turns clockwise
+
+    def angles(self) -> np.ndarray:
+        """(N,) [rad]"""
+        return self.angle_min + self.angle_increment * np.arange(len(self.ranges))
+
+
+def scan_beams(scan: LaserScan) -> Beams:
+    """The scan's beams; raises UnusableMessageError."""
+    ranges = scan_ranges(scan)
+    with np.errstate(invalid="ignore"):
+        inside = (ranges >= scan.range_min) & (ranges <= scan.range_max)
+    measured = np.where(inside, ranges, np.float32(np.nan))
+    return Beams(measured, scan.angle_min, scan.angle_increment)
 
 
 def scan_ranges(scan: LaserScan) -> np.ndarray:

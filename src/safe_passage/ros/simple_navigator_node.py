@@ -9,7 +9,7 @@ import numpy as np
 import rospy
 import tf2_ros
 from actionlib.server_goal_handle import ServerGoalHandle
-from geometry_msgs.msg import Point, PoseStamped, Quaternion, Twist, Vector3
+from geometry_msgs.msg import PoseStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 
@@ -17,13 +17,13 @@ from safe_passage.core.errors import ParameterError
 from safe_passage.core.geometry import Pose, compose, inverse
 from safe_passage.core.grid import GridMap
 from safe_passage.core.parameters import from_mapping
-from safe_passage.costmap import CostmapUpdate, quaternion_yaw
+from safe_passage.costmap import CostmapUpdate
 from safe_passage.costmap.costs import LETHAL_OBSTACLE
 from safe_passage.navigation import Navigator, NavigatorParameters, State
 from safe_passage.navigation.global_planner import GlobalPlanner
 from safe_passage.navigation.local_planner import Velocity
-from safe_passage.ros import conversions
 from safe_passage.ros.clock import JumpDetector
+from safe_passage.ros.conversions import planar_pose, to_header
 from safe_passage.ros.costmap_node import CostmapNode
 from safe_passage.ros.simulation_conversions import to_quaternion
 
@@ -112,8 +112,8 @@ class SimpleNavigatorNode:
         """A goal is a place: its frame's newest transform will do."""
         frame, timeout = goal.header.frame_id, rospy.Duration.from_sec(0.5)
         found = self._costmap.tf.lookup_transform(self._map_frame, frame, rospy.Time(), timeout)
-        T_map_frame = _planar(found.transform.translation, found.transform.rotation)
-        return compose(T_map_frame, _planar(goal.pose.position, goal.pose.orientation))
+        T_map_frame = planar_pose(found.transform.translation, found.transform.rotation)
+        return compose(T_map_frame, planar_pose(goal.pose.position, goal.pose.orientation))
 
     def _on_preempt(self) -> None:
         with self._lock:
@@ -167,7 +167,7 @@ class SimpleNavigatorNode:
         if (now - found.header.stamp).to_sec() > STALE:
             rospy.logwarn_throttle(5.0, f"tf {self._map_frame} -> {base} is old: stopped")
             return None
-        return _planar(found.transform.translation, found.transform.rotation)
+        return planar_pose(found.transform.translation, found.transform.rotation)
 
     def _drive(self, velocity: Velocity) -> None:
         message = Twist()
@@ -181,7 +181,7 @@ class SimpleNavigatorNode:
         """Feedback, the way, and the end."""
         self._server.publish_feedback(MoveBaseFeedback(_stamped(pose, self._map_frame, now)))
         if self._plan_pub.get_num_connections():
-            path = Path(header=conversions.to_header(now, self._map_frame))
+            path = Path(header=to_header(now, self._map_frame))
             path.poses = [_stamped((x, y, 0.0), self._map_frame, now) for x, y in planner.way(pose)]
             self._plan_pub.publish(path)
         if not self._server.is_active():
@@ -201,14 +201,10 @@ def _survive_clock_jumps(server: actionlib.SimpleActionServer) -> None:
 
 
 def _stamped(pose: Pose, frame: str, stamp: rospy.Time) -> PoseStamped:
-    message = PoseStamped(header=conversions.to_header(stamp, frame))
+    message = PoseStamped(header=to_header(stamp, frame))
     message.pose.position.x, message.pose.position.y = pose[:2]
     message.pose.orientation = to_quaternion(pose[2])
     return message
-
-
-def _planar(place: Point | Vector3, turn: Quaternion) -> Pose:
-    return place.x, place.y, quaternion_yaw((turn.x, turn.y, turn.z, turn.w))
 
 
 def _as_tuples(values: dict) -> dict:

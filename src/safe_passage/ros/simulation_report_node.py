@@ -18,9 +18,9 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseGoal
 
 from safe_passage.core.errors import InputError
 from safe_passage.core.geometry import Pose, compose, outline, placed
-from safe_passage.costmap import quaternion_yaw
 from safe_passage.msg import PersonArray
 from safe_passage.ros.chain_report_node import ChainReport
+from safe_passage.ros.conversions import planar_pose
 from safe_passage.ros.simulation_conversions import to_quaternion
 from safe_passage.simulation.worlds import load_world
 
@@ -90,10 +90,8 @@ class SimulationReport:
 
     def _on_feedback(self, feedback: MoveBaseFeedback) -> None:
         pose = feedback.base_position.pose
-        turn = pose.orientation
-        yaw = quaternion_yaw((turn.x, turn.y, turn.z, turn.w))
         with self._lock:
-            self._pose = pose.position.x, pose.position.y, yaw
+            self._pose = planar_pose(pose.position, pose.orientation)
 
     def _on_people(self, message: PersonArray) -> None:
         with self._lock:

@@ -1,0 +1,158 @@
+"""The tracker's picture, after Fig. 6 of paper 000.
+
+Standing obstacles grey, moving ones red with their way and their velocity; what is not seen now is
+faint. The sensors' fields of view are sectors of one colour each.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point, Vector3
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from safe_passage.core.geometry import placed
+from safe_passage.monitoring.pipeline import Snapshot
+from safe_passage.ros.fields_of_view import FieldOfView
+from safe_passage.ros.tracker_parameters import TrackerNodeParameters
+
+GREY, RED = (0.72, 0.72, 0.74), (0.95, 0.15, 0.12)
+WHITE, ROBOT = (1.0, 1.0, 1.0), (0.95, 0.55, 0.15)
+SENSORS = [(0.25, 0.75, 0.35), (0.30, 0.55, 1.0), (0.95, 0.85, 0.25), (0.75, 0.45, 0.95)]
+SEEN, UNSEEN, SECTOR, RIM = 1.0, 0.35, 0.10, 0.7  # opacity
+THICKNESS = 0.05  # [m] of what is drawn on the floor
+LIFETIME = rospy.Duration(1)  # a tracker that stops must not leave obstacles behind
+
+
+class TrackerMarkers:
+    """Draws snapshots, and remembers the ways of what moves."""
+
+    def __init__(self, parameters: TrackerNodeParameters) -> None:
+        self._p = parameters
+        self._length = 1 + int(parameters.path_duration * parameters.debug_rate)
+        self._paths: dict[int, deque] = {}  # id -> places (x, y) [m], the odometry's frame
+
+    def draw(
+        self, snapshot: Snapshot, in_base: Header, in_odom: Header, views: list[FieldOfView]
+    ) -> MarkerArray:
+        """Everything; the last picture is deleted."""
+        self._remember(snapshot)
+        markers = [Marker(header=in_base, action=Marker.DELETEALL)]
+        names = [source.name for source in self._p.sources]
+        for view in views:
+            markers += _sector(in_base, names.index(view.source), view, self._p.sector_radius)
+        markers += _cells(in_base, snapshot, self._p.resolution)
+        markers += [_path(in_odom, number, path) for number, path in self._paths.items()]
+        markers += _arrows_and_labels(in_base, snapshot)
+        if self._p.footprint:
+            markers.append(_robot(in_base, np.array(self._p.footprint)))
+        return MarkerArray(markers)
+
+    def _remember(self, snapshot: Snapshot) -> None:
+        tracks = snapshot.tracks
+        which = snapshot.confirmed & tracks.moving
+        places = placed(tracks.position[which], snapshot.pose)
+        now = dict(zip(tracks.id[which].tolist(), places.tolist()))
+        self._paths = {number: path for number, path in self._paths.items() if number in now}
+        for number, at in now.items():
+            self._paths.setdefault(number, deque(maxlen=self._length)).append(at)
+
+
+def _cells(header: Header, snapshot: Snapshot, resolution: float) -> list[Marker]:
+    """The cells of all tracks, in a list each for what stands or moves, is seen or not."""
+    tracks, shapes = snapshot.tracks, snapshot.shapes
+    markers = []
+    for moving in (False, True):
+        for seen in (False, True):
+            which = snapshot.confirmed & (tracks.moving == moving) & ((tracks.misses == 0) == seen)
+            cells = shapes.values[which[shapes.owner]]
+            colour = _colour(RED if moving else GREY, SEEN if seen else UNSEEN)
+            name = "moving" if moving else "standing"
+            marker = _marker(header, name, int(seen), Marker.CUBE_LIST, colour)
+            marker.scale = Vector3(resolution, resolution, THICKNESS)
+            marker.points = _points(cells, THICKNESS)
+            if marker.points:
+                markers.append(marker)
+    return markers
+
+
+def _arrows_and_labels(header: Header, snapshot: Snapshot) -> list[Marker]:
+    """For a moving track, the way of the next second in white, with id and speed."""
+    tracks, markers = snapshot.tracks, []
+    for i in np.flatnonzero(snapshot.confirmed & tracks.moving).tolist():
+        number, at, velocity = int(tracks.id[i]), tracks.position[i], tracks.velocity[i]
+        speed = float(np.hypot(*velocity))
+        if speed > 0.1:
+            arrow = _marker(header, "velocity", number, Marker.ARROW, _colour(WHITE, 1.0))
+            arrow.points = _points(np.stack([at, at + velocity]), 4 * THICKNESS)
+            arrow.scale = Vector3(0.07, 0.2, 0.25)
+            markers.append(arrow)
+        beside = at + np.array([0.0, 0.55])
+        markers.append(_label(header, "id", number, beside, f"{number}: {speed:.1f} m/s"))
+    return markers
+
+
+def _path(header: Header, number: int, path: deque) -> Marker:
+    marker = _marker(header, "path", number, Marker.LINE_STRIP, _colour(RED, 0.9))
+    marker.scale.x = 0.06
+    marker.points = _points(np.array(path), 2 * THICKNESS)
+    return marker
+
+
+def _robot(header: Header, footprint: np.ndarray) -> Marker:
+    marker = _marker(header, "robot", 0, Marker.LINE_STRIP, _colour(ROBOT, 1.0))
+    marker.scale.x = 0.08
+    marker.points = _points(np.concatenate([footprint, footprint[:1]]), 2 * THICKNESS)
+    return marker
+
+
+def _sector(header: Header, index: int, view: FieldOfView, radius: float) -> list[Marker]:
+    """The field of view on the floor, up to `radius` [m] from the sensor, with its name."""
+    rgb = SENSORS[index % len(SENSORS)]
+    near, far = view.reach[0], min(view.reach[1], radius)
+    directions = np.stack([np.cos(view.bearings), np.sin(view.bearings)], axis=1)
+    inner, outer = view.origin + near * directions, view.origin + far * directions
+    triangles = np.stack([inner[:-1], outer[:-1], outer[1:], inner[:-1], outer[1:], inner[1:]], 1)
+    area = _marker(header, "field of view", index, Marker.TRIANGLE_LIST, _colour(rgb, SECTOR))
+    height = -0.01 * (index + 1)  # one over the other, none in another's plane
+    area.points = _points(triangles.reshape(-1, 2), height)
+    rim = _marker(header, "rim", index, Marker.LINE_STRIP, _colour(rgb, RIM))
+    rim.points = _points(np.concatenate([inner, outer[::-1], inner[:1]]), height)
+    rim.scale.x = 0.03
+    middle = outer[len(outer) // 2] - 0.3 * directions[len(outer) // 2]
+    return [area, rim, _label(header, "sensor", index, middle, view.source, rgb, 0.25)]
+
+
+def _label(
+    header: Header,
+    name: str,
+    number: int,
+    at: np.ndarray,
+    text: str,
+    rgb: tuple[float, float, float] = WHITE,
+    size: float = 0.35,
+) -> Marker:
+    """size: [m] of a capital letter."""
+    marker = _marker(header, name, number, Marker.TEXT_VIEW_FACING, _colour(rgb, 1.0))
+    marker.pose.position = Point(*at, 6 * THICKNESS)
+    marker.scale.z = size
+    marker.text = text
+    return marker
+
+
+def _points(places: np.ndarray, z: float) -> list[Point]:
+    return [Point(x, y, z) for x, y in places.tolist()]
+
+
+def _colour(rgb: tuple[float, float, float], opacity: float) -> ColorRGBA:
+    return ColorRGBA(*rgb, opacity)
+
+
+def _marker(header: Header, name: str, number: int, kind: int, colour: ColorRGBA) -> Marker:
+    marker = Marker(header=header, ns=name, id=number, type=kind, color=colour, lifetime=LIFETIME)
+    marker.pose.orientation.w = 1.0
+    marker.scale = Vector3(1.0, 1.0, 1.0)
+    return marker

@@ -1,0 +1,52 @@
+"""Private parameters of node `obstacle_tracker`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Mapping
+
+from safe_passage.core.errors import ParameterError
+from safe_passage.core.parameters import check_range, check_text
+from safe_passage.core.reading import build, build_list
+from safe_passage.monitoring.parameters import SourceParameters, TrackerParameters
+
+
+@dataclass(frozen=True)
+class TrackerNodeParameters(TrackerParameters):
+    """The tracker's, and the node's own."""
+
+    odom_frame: str = "odom"  # in which the robot's motion is known
+    base_frame: str = "base_footprint"  # of the robot, on the floor; tracks are in it
+    rate: float = 40.0  # [Hz] of cycles, at most; one follows on new measurements
+    max_age: float = 0.5  # [s] older messages are dropped
+    max_future: float = 0.1  # [s] messages stamped farther ahead are dropped
+    transform_tolerance: float = 0.2  # [s] a message waits so long for tf at its stamp
+    input_timeout: float = 1.0  # [s] silence reported in /diagnostics
+    debug_rate: float = 10.0  # [Hz] of grid, cells and markers, at most
+    path_duration: float = 60.0  # [s] of a moving obstacle's way that the markers show
+    sector_radius: float = 4.0  # [m] up to which the markers show a sensor's field of view
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.sources:
+            raise ParameterError("sources is empty: nothing would be tracked")
+        check_text("odom_frame", self.odom_frame)
+        check_text("base_frame", self.base_frame)
+        check_range("rate", self.rate, 0.1, 1000.0, "Hz")
+        check_range("max_age", self.max_age, 0.0, 10.0, "s")
+        check_range("max_future", self.max_future, 0.0, 10.0, "s")
+        check_range("transform_tolerance", self.transform_tolerance, 0.0, 10.0, "s")
+        check_range("input_timeout", self.input_timeout, 0.01, 60.0, "s")
+        check_range("debug_rate", self.debug_rate, 0.1, 1000.0, "Hz")
+        check_range("path_duration", self.path_duration, 0.0, 3600.0, "s")
+        check_range("sector_radius", self.sector_radius, 0.1, 1000.0, "m")
+
+
+def make_tracker_parameters(values: Mapping[str, Any], where: str) -> TrackerNodeParameters:
+    """Parameters from the contents of the private namespace `where`.
+
+    Raises:
+        ParameterError: names the parameter that is unknown or wrong, with its source.
+    """
+    sources = build_list(SourceParameters, values.get("sources"), f"{where}/sources")
+    return build(TrackerNodeParameters, {**values, "sources": sources}, where)

@@ -1,0 +1,86 @@
+"""Scans and clouds to arrays, or refused with a reason."""
+
+import math
+
+import numpy as np
+import pytest
+from safe_passage.ros.conversions import to_cloud, to_header
+from safe_passage.ros.diagnostics import Outcome
+from safe_passage.ros.sensor_conversions import UnusableMessageError, cloud_xyz, scan_beams
+from sensor_msgs.msg import LaserScan, PointField
+
+XYZ = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
+
+
+def make_scan(**changes):
+    fields = {
+        "angle_min": -1.0, "angle_increment": 0.1, "range_min": 0.5, "range_max": 9.0,
+        "ranges": [1.0, 2.0],
+    }  # fmt: skip
+    return LaserScan(**{**fields, **changes})
+
+
+def make_cloud(**changes):
+    cloud = to_cloud(to_header(None, "camera"), XYZ, np.zeros((2, 4, 3), np.uint8))
+    for name, value in changes.items():
+        setattr(cloud, name, value)
+    return cloud
+
+
+def refusal(convert, message):
+    with pytest.raises(UnusableMessageError) as caught:
+        convert(message)
+    return caught.value.outcome
+
+
+def test_what_is_outside_the_scanners_range_is_no_return():
+    beams = scan_beams(make_scan(ranges=[0.4, 0.5, 9.0, 9.1, math.inf, math.nan, -1.0]))
+    assert np.isnan(beams.ranges).tolist() == [True, False, False, True, True, True, True]
+    assert beams.angles()[1] == pytest.approx(-0.9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "outcome"),
+    [
+        ({"ranges": []}, Outcome.EMPTY),
+        ({"ranges": [math.nan] * 3}, Outcome.NOT_FINITE),
+        ({"angle_increment": 0.0}, Outcome.BAD_FIELDS),
+        ({"angle_increment": math.nan}, Outcome.BAD_FIELDS),
+        ({"angle_min": math.inf}, Outcome.BAD_FIELDS),
+        ({"range_max": 0.5}, Outcome.BAD_FIELDS),
+    ],
+)
+def test_scans_that_say_nothing_are_refused(changes, outcome):
+    assert refusal(scan_beams, make_scan(**changes)) is outcome
+
+
+def test_a_scan_without_returns_says_something():
+    assert np.isnan(scan_beams(make_scan(ranges=[math.inf, math.nan])).ranges).all()
+
+
+def test_a_cloud_s_points():
+    assert cloud_xyz(make_cloud()).tolist() == XYZ.reshape(-1, 3).tolist()
+
+
+def test_padding_and_byte_order_are_respected():
+    cloud = make_cloud()
+    padded = np.zeros((2, 20), ">u4")
+    padded[:, :16] = np.frombuffer(cloud.data, "<u4").reshape(2, 16)
+    cloud.data, cloud.row_step, cloud.is_bigendian = padded.tobytes(), 80, True
+    assert cloud_xyz(cloud).tolist() == XYZ.reshape(-1, 3).tolist()
+
+
+@pytest.mark.parametrize(
+    ("changes", "outcome"),
+    [
+        ({"width": 0}, Outcome.EMPTY),
+        ({"fields": []}, Outcome.BAD_FIELDS),
+        ({"fields": [PointField(a, 0, PointField.FLOAT64, 1) for a in "xyz"]}, Outcome.BAD_FIELDS),
+        ({"fields": [PointField(a, 14, PointField.FLOAT32, 1) for a in "xyz"]}, Outcome.BAD_FIELDS),
+        ({"data": b"short"}, Outcome.BAD_FIELDS),
+        ({"row_step": 8}, Outcome.BAD_FIELDS),
+        ({"data": np.full(32, np.nan, np.float32).tobytes()}, Outcome.NOT_FINITE),
+    ],
+)
+def test_clouds_that_cannot_be_read_are_refused(changes, outcome):
+    assert refusal(cloud_xyz, make_cloud(**changes)) is outcome
