@@ -16,16 +16,15 @@ from typing import Any, Sequence
 import numpy as np
 
 from safe_passage.core.errors import InputError
-from safe_passage.core.geometry import Pose, compose, inverse, rotation
+from safe_passage.core.geometry import Pose, compose, inverse, matrix, rotation
 from safe_passage.evaluation.parallel import Workers, run_jobs
-from safe_passage.evaluation.tracking_scenarios import STEP, TrackingScenario
+from safe_passage.evaluation.tracking_scenarios import STEP, Lidar3D, TrackingScenario
 from safe_passage.simulation import simulator as simulator_module
 from safe_passage.simulation.robots import CameraModel
 from safe_passage.simulation.simulator import CameraFrame, Simulator
 from safe_passage.simulation.truth import persons_in_view
 
 SCAN_STEPS = 4  # between two scans of a scanner: 12.5 Hz
-CYCLE_STEPS = 2  # between two looks at the truth: the scanners take turns
 SEEN_WITHIN = 0.3  # [s] beams that met a person count
 SEEN_BEAMS = 3  # so many must have
 SEEN_SHARE = 0.2  # of a person in a picture
@@ -51,7 +50,7 @@ class Raw:
     sensor: str
     stamp: float  # [s]
     pose: Pose  # of base in the odometry's frame, by odometry
-    data: np.ndarray  # a scan's ranges (N,) [m], or a cloud's points (N, 3) [m] in its frame
+    data: np.ndarray  # ranges (N,) [m] of a lidar, or a camera's points (N, 3) [m] in its frame
 
 
 @dataclass(frozen=True)
@@ -84,6 +83,10 @@ def merged(recording: Recording, every: int) -> Recording:
 
 class _TrackingSimulator(Simulator):
     STEP = STEP
+
+    def place(self) -> None:
+        """Put everything where it is now, for what casts its own rays."""
+        self._settle()
 
 
 def recordings(scenarios: Sequence[TrackingScenario], workers: Workers) -> list[Recording]:
@@ -124,7 +127,7 @@ class _Recorder:
             if simulator.base.bumped:
                 raise InputError(f"{scenario.name}: the robot drives into something")
             pending += self._measurements(step)
-            if step % CYCLE_STEPS == 0:
+            if step % self.scenario.cycle_steps == 0:
                 rows.append((simulator.time, simulator.base.odometry, *self._truth()))
                 raw.append(tuple(pending))
                 pending = []
@@ -135,10 +138,13 @@ class _Recorder:
         """Scanners take turns; cameras look together, a step after a cycle."""
         simulator, robot, found = self.simulator, self.scenario.robot, []
         for i, lidar in enumerate(robot.lidars):
-            if step % SCAN_STEPS == (CYCLE_STEPS * i) % SCAN_STEPS:
+            if step % SCAN_STEPS == (SCAN_STEPS // 2 * i) % SCAN_STEPS:
                 scan = simulator.scan(lidar)
                 self._count(scan.persons)
                 found.append(self._raw(lidar.name, scan.ranges))
+        lidar3d = self.scenario.lidar3d
+        if lidar3d and step % lidar3d.steps == 0:
+            found.append(self._raw(lidar3d.name, self._turn(lidar3d)))
         if self.scenario.camera_rate and robot.cameras:
             every = round(1.0 / (self.scenario.camera_rate * STEP * len(robot.cameras)))
             if step % every == 1:  # one camera after the other
@@ -147,6 +153,19 @@ class _Recorder:
                 self._look(camera, frame)
                 found.append(self._raw(camera.name, cloud(frame.depth, camera)))
         return found
+
+    def _turn(self, lidar: Lidar3D) -> np.ndarray:
+        """Ranges of all rings, inf: no return."""
+        simulator = self.simulator
+        simulator.place()
+        T = matrix(simulator.base.pose) @ lidar.pose_in_base()
+        rays = lidar.directions() @ T[:3, :3].T
+        hits = simulator.scene.cast(T[:3, 3], rays, lidar.range_max, low=False)
+        self._count(hits.persons)
+        rng = np.random.default_rng((self.scenario.seed, round(simulator.time / STEP)))
+        ranges = hits.distances + rng.normal(0.0, lidar.noise, len(rays))
+        ranges[rng.random(len(rays)) < lidar.dropout] = np.inf
+        return ranges.astype(np.float32)
 
     def _raw(self, sensor: str, data: np.ndarray) -> Raw:
         return Raw(sensor, self.simulator.time, self.simulator.base.odometry, data)

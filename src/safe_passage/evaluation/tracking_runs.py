@@ -68,7 +68,14 @@ def measurements(recording: Recording, parameters: TrackerParameters) -> list[li
     lidars = {lidar.name: lidar for lidar in robot.lidars}
     cameras = {camera.name: camera for camera in robot.cameras}
 
+    turning = recording.scenario.lidar3d
+    rays: np.ndarray = turning.directions().astype(np.float32) if turning else np.empty((0, 3))
+
     def points(raw: Raw) -> np.ndarray:
+        if turning and raw.sensor == turning.name:
+            returned = np.isfinite(raw.data)
+            cloud = rays[returned] * raw.data[returned, None]
+            return cloud_points(cloud, turning.pose_in_base(), sources[raw.sensor])
         if raw.sensor in cameras:
             pose = cameras[raw.sensor].pose_in_base()
             return cloud_points(raw.data, pose, sources[raw.sensor])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass, replace
 from typing import Sequence
 
@@ -35,6 +36,36 @@ class Leg:
 
 
 @dataclass(frozen=True)
+class Lidar3D:
+    """A spinning lidar of many rings over base's origin. Defaults: Velodyne HDL-32E."""
+
+    name: str = "velodyne"
+    z: float = 1.3  # [m] over the floor
+    lowest: float = -0.5353  # [rad] elevation of the rings
+    highest: float = 0.1862  # [rad]
+    rings: int = 32
+    columns: int = 1800
+    range_max: float = 100.0  # [m]
+    noise: float = 0.02  # [m] standard deviation of a range
+    dropout: float = 0.01  # share of beams that come back without a range
+    steps: int = 5  # of STEP a turn: 10 Hz
+
+    def directions(self) -> np.ndarray:
+        """(rings * columns, 3) unit vectors, its frame: that of base, higher."""
+        up = np.linspace(self.lowest, self.highest, self.rings)[:, None]
+        around = np.linspace(-math.pi, math.pi, self.columns, endpoint=False)
+        flat = np.cos(up)
+        rays = (flat * np.cos(around), flat * np.sin(around), np.sin(up) + 0.0 * around)
+        return np.stack(rays, axis=-1).reshape(-1, 3)
+
+    def pose_in_base(self) -> np.ndarray:
+        """(4, 4) of its frame."""
+        T = np.eye(4)
+        T[2, 3] = self.z
+        return T
+
+
+@dataclass(frozen=True)
 class TrackingScenario:
     """One recording's definition: with its seed all that it depends on."""
 
@@ -49,6 +80,9 @@ class TrackingScenario:
     camera_rate: float = 0.0  # [Hz], 0: cameras are not looked at
     shift: float = 1.0  # [m] along its way that a person begins later, at most
     reach: float = 12.0  # [m] as far as the tracker looks along x and y: its grid's radius
+
+    lidar3d: Lidar3D | None = None
+    cycle_steps: int = 2  # between two looks at the truth: a robot's two scanners take turns
 
     @property
     def drives(self) -> bool:
