@@ -29,6 +29,7 @@ class Points:
     xyz: np.ndarray  # (N, 3) float32 [m]
     sensor: np.ndarray  # (N,) index of the source
     age: np.ndarray  # (N,) [s] since the point was measured
+    fresh: np.ndarray  # (N,) bool: of the sensor's last measurement
 
 
 class Aggregator:
@@ -48,7 +49,7 @@ class Aggregator:
 
     def points(self, stamp: float, pose: Pose) -> Points:
         """Everything measured, seen from the robot at `pose` (odometry's frame) at `stamp` [s]."""
-        moved, sensors, ages = [], [], []
+        moved, sensors, ages, fresh = [], [], [], []
         for name, kept in self._kept.items():
             index, source = self._sources[name]
             while kept and stamp - kept[0].stamp > source.timeout:
@@ -57,9 +58,12 @@ class Aggregator:
                 moved.append(_seen_from(pose, measurement))
                 sensors.append(np.full(len(moved[-1]), index, np.int32))
                 ages.append(np.full(len(moved[-1]), stamp - measurement.stamp, np.float32))
+                fresh.append(np.full(len(moved[-1]), measurement is kept[-1]))
         if not moved:
-            return Points(np.empty((0, 3), np.float32), np.empty(0, np.int32), np.empty(0))
-        return Points(np.concatenate(moved), np.concatenate(sensors), np.concatenate(ages))
+            empty = np.empty(0)
+            nobody = empty.astype(np.int32)
+            return Points(np.empty((0, 3), np.float32), nobody, empty, empty.astype(bool))
+        return Points(*map(np.concatenate, (moved, sensors, ages, fresh)))
 
     def alive(self) -> tuple[str, ...]:
         """Sources whose measurements count at the last `points`."""

@@ -10,7 +10,7 @@ from safe_passage.monitoring.motion import squared_mahalanobis
 from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.tracks import Tracks, centroid_noise
 
-NEIGHBOURHOOD = 2.0  # [m] within which pairs are looked at; overlapping ones at any distance
+NEIGHBOURHOOD = 0.5  # [m] within which pairs are looked at; overlapping ones at any distance
 
 
 def associate(

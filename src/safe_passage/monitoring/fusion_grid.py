@@ -21,6 +21,7 @@ class FusionGrid:
     counts: np.ndarray  # (K, S) points of each sensor
     height: np.ndarray  # (K, 2) [m] lowest and highest point of 3D sensors, NaN: none saw it
     age: np.ndarray  # (K,) [s] mean of its points
+    fresh: np.ndarray  # (K, 3) mean x, y [m] and age [s] of its fresh points, NaN: it has none
     label: np.ndarray  # (side * side,) int32 scratch: index of the obstacle cell, -1: free
 
     @property
@@ -63,7 +64,7 @@ class Fusion:
         index = cell_index(points.xyz, self._side, self._resolution)
         inside = index >= 0
         index, sensor = index[inside], points.sensor[inside]
-        xyz, age = points.xyz[inside], points.age[inside]
+        xyz, age, fresh = points.xyz[inside], points.age[inside], points.fresh[inside]
         self._label[self._used] = -1
         self._label[index] = 0
         cell = np.flatnonzero(self._label + 1)
@@ -73,7 +74,11 @@ class Fusion:
         count, sensors = len(cell), len(self._heights)
         counts = np.bincount(at * sensors + sensor, minlength=count * sensors)
         total = np.bincount(at, minlength=count)
-        mean = [np.bincount(at, w, minlength=count) / total for w in (xyz[:, 0], xyz[:, 1], age)]
+        told = (xyz[:, 0], xyz[:, 1], age)
+        mean = [np.bincount(at, w, minlength=count) / total for w in told]
+        with np.errstate(invalid="ignore"):
+            news = np.bincount(at, fresh, minlength=count)
+            new = [np.bincount(at, w * fresh, minlength=count) / news for w in told]
         return FusionGrid(
             self._side,
             self._resolution,
@@ -82,6 +87,7 @@ class Fusion:
             counts.reshape(count, sensors),
             _heights(at, xyz[:, 2], self._heights[sensor], count),
             mean[2],
+            np.stack(new, axis=1),
             self._label,
         )
 

@@ -34,6 +34,18 @@ class Features:
 
 
 @dataclass(frozen=True)
+class Rules:
+    """When clusters are put together and taken apart."""
+
+    composite_overlap: float  # share of a cluster's cells that a track must cover; > 1: never
+    split_overlap: float  # share of a track's cells that a cluster must cover; > 1: never
+    body: float  # [m] a cluster of this size may be one person
+    moving: np.ndarray  # (N,) bool, of the tracks: one of those that share a cluster must move
+    established: np.ndarray  # (N,) bool: only such may share a cluster of a body's size
+    bodies: np.ndarray  # (B, 2) [m] where tracks of a body's size should be, frame base
+
+
+@dataclass(frozen=True)
 class Hypotheses:
     """All that is considered in one cycle; the clusters first."""
 
@@ -42,6 +54,7 @@ class Hypotheses:
     features: Features
     atom_of_cell: np.ndarray  # (K,) of each obstacle cell, -1: none
     part: np.ndarray  # (H,) bool: it contains a part of a cluster that others have a part of
+    fallen: np.ndarray  # (F, 2) int: track that largely lies on a cluster of a body's size, cluster
     overlaps: np.ndarray  # (P, 2) int: hypothesis, track that largely lie on each other
 
     def __len__(self) -> int:
@@ -52,8 +65,7 @@ def propose(
     grid: FusionGrid,
     clusters: np.ndarray,
     shapes: Ragged,
-    composite_overlap: float,
-    split_overlap: float,
+    rules: Rules,
 ) -> Hypotheses:
     """Clusters, and what the predicted tracks suggest beside them.
 
@@ -61,21 +73,19 @@ def propose(
         grid: of this cycle.
         clusters: (K,) cluster of each obstacle cell, -1: none.
         shapes: points [m] of each predicted track's shape, frame base.
-        composite_overlap: share of a cluster's cells that a track must cover for the cluster to be
-            one of its parts; more than 1: no composites.
-        split_overlap: share of a track's cells that a cluster must cover for the track to own a
-            part of it; more than 1: no splits.
+        rules: what is suggested.
     """
     count = int(clusters.max(initial=-1)) + 1
     cover = _Cover(grid, clusters, count, shapes)
-    owners = cover.owners(split_overlap)
+    sizes = _sizes(grid, clusters, count)
+    owners = cover.owners(rules, sizes)
     atoms = _Atoms(grid, clusters, count, shapes, owners)
     sets: dict[tuple[int, ...], None] = {tuple(whole): None for whole in atoms.of_cluster}
     for whole in atoms.of_cluster:
         if len(whole) > 1:
             sets.update(((part,), None) for part in whole)
-    parts = atoms.of_track(cover.covered(composite_overlap))
-    for own in parts.values():
+    parts = atoms.of_track(cover.covered(rules.composite_overlap))
+    for own in [*parts.values(), *_bodies(grid, clusters, sizes, atoms, rules)]:
         if len(own) > 1:
             sets[tuple(own)] = None
         if 2 < len(own) <= MOST_PARTS:
@@ -88,6 +98,7 @@ def propose(
         describe(grid, cells),
         atoms.of_cell,
         atoms.parts(chosen),
+        np.argwhere((cover.track_share >= rules.split_overlap) & (sizes <= rules.body)),
         _overlaps(chosen, parts, cover, atoms),
     )
 
@@ -111,6 +122,18 @@ def describe(grid: FusionGrid, cells: Ragged) -> Features:
     )
     age = np.bincount(owner, grid.age[at], minlength=count) / number
     return Features(centre, extent, number, counts, height, age)
+
+
+def _sizes(grid: FusionGrid, clusters: np.ndarray, count: int) -> np.ndarray:
+    """(count,) [m] diagonal of the box around each cluster's cells."""
+    order = np.argsort(clusters, kind="stable")
+    order = order[np.searchsorted(clusters[order], 0) :]
+    if not count:
+        return np.empty(0)
+    start = np.searchsorted(clusters[order], np.arange(count))
+    at = grid.position[order]
+    span = np.maximum.reduceat(at, start) - np.minimum.reduceat(at, start)
+    return np.hypot(span[:, 0], span[:, 1])
 
 
 class _Cover:
@@ -145,11 +168,16 @@ class _Cover:
         at = track * self._count + cluster
         return np.bincount(at, minlength=size).reshape(self._tracks, self._count).astype(float)
 
-    def owners(self, least: float) -> dict[int, np.ndarray]:
-        """Tracks of each cluster that carries two or more of them to a large extent."""
-        track, cluster = np.nonzero(self.track_share >= least)
-        split = np.flatnonzero(np.bincount(cluster, minlength=self._count) >= 2)
-        return {int(j): track[cluster == j] for j in split}
+    def owners(self, rules: Rules, sizes: np.ndarray) -> dict[int, np.ndarray]:
+        """Tracks of each cluster that carries two or more objects; sizes (clusters,) [m].
+
+        Of things that never moved it does not matter which part is whose; and what was a short
+        while ago seen beside a person is its other leg.
+        """
+        largely = self.track_share >= rules.split_overlap
+        largely &= rules.established[:, None] | (sizes > rules.body)
+        shared = (largely.sum(axis=0) >= 2) & (largely & rules.moving[:, None]).any(axis=0)
+        return {int(j): np.flatnonzero(largely[:, j]) for j in np.flatnonzero(shared)}
 
     def covered(self, least: float) -> list[tuple[int, int]]:
         """(track, cluster) of each cluster that a track covers to a large extent."""
@@ -207,6 +235,30 @@ class _Atoms:
         return np.array(
             [any(not siblings.get(a, set()) <= set(own) for a in own) for own in chosen], bool
         )
+
+
+def _bodies(
+    grid: FusionGrid, clusters: np.ndarray, sizes: np.ndarray, atoms: _Atoms, rules: Rules
+) -> list[list[int]]:
+    """Atoms of the small clusters around each body: a leg may step out of the predicted shape."""
+    small = np.flatnonzero(sizes <= rules.body)
+    if rules.composite_overlap > 1.0 or not len(small) or not len(rules.bodies):
+        return []
+    known = clusters >= 0
+    count = np.bincount(clusters[known], minlength=len(sizes))
+    middle = np.stack(
+        [
+            np.bincount(clusters[known], grid.position[known, axis], minlength=len(sizes)) / count
+            for axis in (0, 1)
+        ],
+        axis=1,
+    )
+    near = cKDTree(middle[small]).query_ball_point(rules.bodies, 0.5 * rules.body)
+    return [
+        sorted(atom for i in found for atom in atoms.of_cluster[small[i]])
+        for found in near
+        if len(found) > 1
+    ]
 
 
 def _parts(

@@ -20,6 +20,18 @@ GROWN = 1.5  # times the cells of its reference: more of the object is seen now
 
 
 @dataclass(frozen=True)
+class Fresh:
+    """Of M objects what the sensors' last measurements show.
+
+    Measurements that are put together are mostly the same as in the cycle before, and lie still;
+    only fresh points tell how far a shape has moved.
+    """
+
+    points: Ragged  # M lists of points (., 2) [m], frame base
+    age: np.ndarray  # (M,) [s] mean
+
+
+@dataclass(frozen=True)
 class Sight:
     """How M tracks are seen."""
 
@@ -42,15 +54,19 @@ def observe(
     features = hypotheses.features
     age = features.age[seen]
     points = Ragged.of([grid.position[hypotheses.cells[h]] for h in seen], grid.position)
+    fresh = _fresh(grid, hypotheses, seen)
     position = features.position[seen]
     if parameters.alignment and len(seen):
-        sight = _aligned(tracks, known, points, position, age, pose, aligner, parameters)
+        sight = _aligned(tracks, known, points, fresh, age, pose, aligner, parameters)
     else:
         noise = centroid_noise(features.extent[seen], parameters)
         sight = Sight(tracks.offset[known], noise, np.ones(len(seen), bool))
     x, P = update(tracks.x[known], tracks.P[known], position - sight.offset, sight.noise, age)
-    was_at = x[:, :2] - age[:, None] * x[:, 2:]
-    shapes, references = _shapes(tracks, hypotheses, pairs, points, was_at, sight.renew, pose)
+    shapes, references = list(tracks.shapes), list(tracks.references)
+    whole = ~hypotheses.part[seen]  # a part cut off a cluster says little of the object's shape
+    _store(shapes, known, points, x[:, :2] - age[:, None] * x[:, 2:], whole, pose)
+    was_at = x[:, :2] - fresh.age[:, None] * x[:, 2:]
+    _store(references, known, fresh.points, was_at, whole & sight.renew, pose)
     misses = tracks.misses + 1
     misses[known] = 0
     height = features.height[seen]
@@ -75,7 +91,7 @@ def _aligned(
     tracks: Tracks,
     known: np.ndarray,
     points: Ragged,
-    position: np.ndarray,
+    fresh: Fresh,
     age: np.ndarray,
     pose: Pose,
     aligner: ShapeAligner,
@@ -87,44 +103,47 @@ def _aligned(
     centroid says beyond the mean of both is apparent motion and goes into the offset.
     """
     x, offset = tracks.x[known], tracks.offset[known]
-    was_at = x[:, :2] - age[:, None] * x[:, 2:]
     references = [tracks.references[t] for t in known]
-    before = placed_shapes(references, was_at, pose)
-    found = align(aligner, points, before, parameters.alignment_noise)
-    extents = np.stack([moments(before)[1], moments(points)[1]])
+    before = placed_shapes(references, x[:, :2] - fresh.age[:, None] * x[:, 2:], pose)
+    found = align(aligner, fresh.points, before, parameters.alignment_noise)
+    position, extent = moments(points)
+    extents = np.stack([moments(before)[1], extent])
     larger = np.trace(extents, axis1=2, axis2=3).argmax(axis=0)
     noise = centroid_noise(extents[larger, np.arange(len(known))], parameters)
     trust = noise @ np.linalg.inv(noise + found.noise)  # in the shape, against the centroid
-    difference = position - offset - (was_at + found.displacement)
-    apparent = np.einsum("nij,nj->ni", trust, difference)
-    fits = found.overlap >= parameters.alignment_overlap
+    moved = position - offset - (x[:, :2] - age[:, None] * x[:, 2:])
+    apparent = np.einsum("nij,nj->ni", trust, moved - found.displacement)
+    size = 12.0 * np.trace(extents, axis1=2, axis2=3).max(axis=0)  # [m^2] of a line as long
+    least = np.where(tracks.moving[known], parameters.alignment_size, parameters.body_size)
+    fits = (found.overlap >= parameters.alignment_overlap) & (size > least**2)
     return Sight(
         offset + np.where(fits[:, None], apparent, 0.0),
         np.where(fits[:, None, None], noise - trust @ noise, noise),
-        ~fits | (points.lengths > GROWN * before.lengths),
+        ~fits | (fresh.points.lengths > GROWN * before.lengths),
     )
 
 
-def _shapes(
-    tracks: Tracks,
-    hypotheses: Hypotheses,
-    pairs: tuple[np.ndarray, np.ndarray],
+def _fresh(grid: FusionGrid, hypotheses: Hypotheses, seen: np.ndarray) -> Fresh:
+    told = Ragged.of([grid.fresh[hypotheses.cells[h]] for h in seen], grid.fresh)
+    known = np.isfinite(told.values[:, 2])
+    lengths = np.bincount(told.owner[known], minlength=len(seen))
+    points = Ragged.of_lengths(told.values[known, :2], lengths)
+    age = np.bincount(points.owner, told.values[known, 2], minlength=len(seen))
+    return Fresh(points, age / np.maximum(lengths, 1))
+
+
+def _store(
+    shapes: list[np.ndarray],
+    tracks: np.ndarray,
     points: Ragged,
-    was_at: np.ndarray,
-    renew: np.ndarray,
+    positions: np.ndarray,
+    which: np.ndarray,
     pose: Pose,
-) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Shapes and references; a part cut off a cluster says little of the object's own shape."""
-    shapes, references = list(tracks.shapes), list(tracks.references)
+) -> None:
+    """Put the shapes `points` around `positions` (M, 2) in the place of those of `tracks` (M,)."""
     to_odometry = rotation(pose[2]).T  # of row vectors
-    seen, known = pairs
-    for i, (h, t) in enumerate(zip(seen.tolist(), known.tolist())):
-        if hypotheses.part[h]:
-            continue
-        shapes[t] = (points[i] - was_at[i]) @ to_odometry
-        if renew[i]:
-            references[t] = shapes[t]
-    return shapes, references
+    for i in np.flatnonzero(which):
+        shapes[tracks[i]] = (points[i] - positions[i]) @ to_odometry
 
 
 def _replaced(values: np.ndarray, at: np.ndarray, by: np.ndarray) -> np.ndarray:

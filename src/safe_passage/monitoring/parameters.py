@@ -24,7 +24,8 @@ class SourceParameters:
         0.14  # [rad] steps in range under less than this to the beam are jumps; 0: off
     )
     veil_points: int = 2  # in a row that may float between a near and a far surface
-    aggregate: int = 3  # measurements that are put together, corrected by ego-motion
+    glancing_gap: float = 0.5  # [m] between beams on a straight surface that is closed; 0: off
+    aggregate: int = 6  # measurements that are put together, corrected by ego-motion
     min_height: float = 0.05  # [m] over base_frame's ground; lower points of a cloud are floor
     max_height: float = 2.0  # [m] higher points of a cloud are the ceiling
     timeout: float = 0.5  # [s] after which a silent sensor's last measurement counts no more
@@ -39,6 +40,7 @@ class SourceParameters:
         check_range(prefix + "crop_margin", self.crop_margin, 0.0, 3.0, "rad")
         check_range(prefix + "veil_angle", self.veil_angle, 0.0, 1.5, "rad")
         check_range(prefix + "veil_points", self.veil_points, 1, 20, "points")
+        check_range(prefix + "glancing_gap", self.glancing_gap, 0.0, 5.0, "m")
         check_range(prefix + "aggregate", self.aggregate, 1, 100, "measurements")
         check_range(prefix + "min_height", self.min_height, -10.0, 10.0, "m")
         check_range(prefix + "max_height", self.max_height, self.min_height, 100.0, "m")
@@ -60,7 +62,7 @@ class TrackerParameters:
     footprint: tuple[tuple[float, float], ...] = ()  # [m] of the robot; points inside are its own
     footprint_padding: float = 0.03  # [m]
 
-    resolution: float = 0.08  # [m] a grid cell
+    resolution: float = 0.12  # [m] a grid cell
     radius: float = 12.0  # [m] half the side of the grid around the robot
     min_points: int = 2  # of a cluster
 
@@ -68,6 +70,8 @@ class TrackerParameters:
     splits: bool = True  # add parts of clusters (4.1)
     composite_overlap: float = 0.3  # share of a cluster's cells that a track covers
     split_overlap: float = 0.5  # share of a track's cells that a cluster covers
+    body_size: float = 0.8  # [m] diagonal of a cluster that may be one person's legs
+    fragment_age: float = 1.0  # [s] a younger track inside such a cluster of another is a leg of it
 
     gate: float = 9.2  # squared Mahalanobis distance, 99 % of a 2D normal distribution
     cells_weight: float = 2.0  # of the difference in occupied cells
@@ -77,21 +81,22 @@ class TrackerParameters:
     no_common_sensor: float = 3.0  # added where track and hypothesis share no sensor
     max_distance: float = 16.0  # of an association
 
-    acceleration: float = 2.0  # [m/s^2] standard deviation of the motion model's noise
-    position_noise: float = 0.04  # [m] standard deviation of a compact object's centroid
-    extent_scale: float = 0.33  # [m] standard deviation of an object whose centroid is as uncertain
+    acceleration: float = 1.5  # [m/s^2] standard deviation of the motion model's noise
+    position_noise: float = 0.07  # [m] standard deviation of a compact object's centroid
+    extent_scale: float = 0.56  # [m] standard deviation of an object whose centroid is as uncertain
     initial_speed: float = 0.7  # [m/s] standard deviation of a new track's velocity
     odometry_drift: float = 0.02  # [m/m] and [rad/rad] of ego-motion
 
     alignment: bool = True  # correct apparent motion by shape alignment (4.3)
-    alignment_reach: float = 0.32  # [m] largest displacement tried
+    alignment_size: float = 2.0  # [m] a smaller moving object may be a walker, whose shape changes
+    alignment_reach: float = 0.36  # [m] largest displacement tried
     alignment_noise: float = 0.17  # [m] of a displacement of which a cell loses one cell of overlap
-    alignment_overlap: float = 0.5  # share of cells that must lie on each other
+    alignment_overlap: float = 0.8  # share of cells that must lie on each other
 
     moving_speed: float = 0.3  # [m/s] slower tracks are stationary (5)
-    moving_significance: float = 16.0  # squared Mahalanobis distance of the velocity from 0
-    moving_distance: float = 0.2  # [m] a track must have left its place by
-    moving_cycles: int = 4  # in a row before a track counts as moving; it stays so
+    moving_significance: float = 5.0  # squared Mahalanobis distance of the velocity from 0
+    moving_distance: float = 0.4  # [m] a track must have left its place by
+    moving_cycles: int = 8  # in a row before a track counts as moving; it stays so
 
     max_unobserved_cycles: int = 30  # after which an unobserved track ends
     confirm_cycles: int = 3  # observations before a track is published
@@ -112,6 +117,8 @@ class TrackerParameters:
             check_range(share, getattr(self, share), 0.01, 1.0, "")
         for weight in ("cells_weight", "points_weight", "height_weight", "no_common_sensor"):
             check_range(weight, getattr(self, weight), 0.0, 1000.0, "")
+        check_range("body_size", self.body_size, 0.0, 10.0, "m")
+        check_range("fragment_age", self.fragment_age, 0.0, 60.0, "s")
         check_range("gate", self.gate, 0.1, 1000.0, "")
         check_range("max_distance", self.max_distance, 0.1, 1e4, "")
         check_range("height_scale", self.height_scale, 0.01, 10.0, "m")
@@ -120,6 +127,7 @@ class TrackerParameters:
         check_range("extent_scale", self.extent_scale, 0.01, 1000.0, "m")
         check_range("initial_speed", self.initial_speed, 0.01, 50.0, "m/s")
         check_range("odometry_drift", self.odometry_drift, 0.0, 1.0, "m/m")
+        check_range("alignment_size", self.alignment_size, 0.0, 100.0, "m")
         check_range("alignment_reach", self.alignment_reach, 0.0, 64 * self.resolution, "m")
         check_range("alignment_noise", self.alignment_noise, 0.001, 10.0, "m")
         check_range("moving_speed", self.moving_speed, 0.0, 50.0, "m/s")

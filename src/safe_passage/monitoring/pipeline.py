@@ -13,7 +13,7 @@ from safe_passage.monitoring.aggregation import Aggregator, Measurement
 from safe_passage.monitoring.association import associate
 from safe_passage.monitoring.clustering import cluster
 from safe_passage.monitoring.fusion_grid import Fusion, FusionGrid
-from safe_passage.monitoring.hypotheses import Hypotheses, describe, propose
+from safe_passage.monitoring.hypotheses import Hypotheses, Rules, describe, propose
 from safe_passage.monitoring.motion import move_frame, predict
 from safe_passage.monitoring.observation import classify, observe
 from safe_passage.monitoring.parameters import TrackerParameters
@@ -70,17 +70,11 @@ class ObstacleTracker:
         tracks = self._predict(stamp, pose)
         shapes = placed_shapes(tracks.shapes, tracks.x[:, :2], pose)
         clusters = cluster(grid, self._p.min_points)
-        hypotheses = propose(
-            grid,
-            clusters,
-            shapes,
-            self._p.composite_overlap if self._p.composites else OFF,
-            self._p.split_overlap if self._p.splits else OFF,
-        )
+        hypotheses = propose(grid, clusters, shapes, self._rules(tracks, stamp))
         seen, known = associate(hypotheses, tracks, self._three_dimensional, self._p)
         tracks = observe(tracks, grid, hypotheses, (seen, known), pose, self._aligner, self._p)
         tracks = classify(tracks, known, self._p)
-        tracks = self._drop_lost(tracks, known)
+        tracks = self._drop_lost(tracks, hypotheses, seen, known, stamp)
         tracks = self._start_new(tracks, grid, hypotheses, seen, stamp, pose)
         self._tracks, self._last = tracks, (stamp, pose)
         return Snapshot(
@@ -91,6 +85,17 @@ class ObstacleTracker:
             placed_shapes(tracks.shapes, tracks.x[:, :2], pose),
             grid,
             self._aggregator.alive(),
+        )
+
+    def _rules(self, tracks: Tracks, stamp: float) -> Rules:
+        p = self._p
+        return Rules(
+            p.composite_overlap if p.composites else OFF,
+            p.split_overlap if p.splits else OFF,
+            p.body_size,
+            tracks.moving,
+            stamp - tracks.born >= p.fragment_age,
+            tracks.position[12.0 * np.trace(tracks.extent, axis1=1, axis2=2) <= p.body_size**2],
         )
 
     def _without_robot(self, measurement: Measurement) -> Measurement:
@@ -112,11 +117,23 @@ class ObstacleTracker:
         extent = turn @ tracks.extent @ turn.T
         return tracks.with_(x=x, P=P, origin=origin, extent=extent, offset=tracks.offset @ turn.T)
 
-    def _drop_lost(self, tracks: Tracks, known: np.ndarray) -> Tracks:
-        limit = np.where(tracks.hits >= self._p.confirm_cycles, self._p.max_unobserved_cycles, 1)
-        seen = np.zeros(len(tracks), bool)
-        seen[known] = True
-        return tracks.keep(seen | (tracks.misses <= limit))
+    def _drop_lost(
+        self,
+        tracks: Tracks,
+        hypotheses: Hypotheses,
+        seen: np.ndarray,
+        known: np.ndarray,
+        stamp: float,
+    ) -> Tracks:
+        """Without those not seen for too long, and without legs that turn out to be a person's."""
+        keep = tracks.misses <= np.minimum(tracks.hits, self._p.max_unobserved_cycles)
+        used = {atom for h in seen.tolist() for atom in hypotheses.atoms[h]}
+        young = stamp - tracks.born < self._p.fragment_age
+        for track, whole in hypotheses.fallen.tolist():
+            if young[track] and whole in used:
+                keep[track] = False
+        keep[known] = True
+        return tracks.keep(keep)
 
     def _start_new(
         self,

@@ -8,6 +8,9 @@ import numpy as np
 
 from safe_passage.monitoring.parameters import SourceParameters
 
+FILL = 0.06  # [m] between the points put on a surface seen at a glancing angle
+OFF_LINE = 0.02  # [m] that a point may lie off a straight surface, besides a tenth of its distance
+
 
 def scan_points(
     ranges: np.ndarray,
@@ -31,12 +34,13 @@ def scan_points(
     angles = angle_min + angle_increment * np.arange(len(ranges))
     valid = (ranges > max(source.range_min, 0.0)) & (ranges <= source.range_max)
     if source.crop_margin > 0.0 and len(ranges):
-        beams = math.ceil(source.crop_margin / max(abs(angle_increment), 1e-9))
-        valid[:beams], valid[len(ranges) - beams :] = False, False
+        margin = math.ceil(source.crop_margin / max(abs(angle_increment), 1e-9))
+        valid[:margin], valid[len(ranges) - margin :] = False, False
     if source.veil_angle > 0.0:
         valid &= ~veiling(ranges, angle_increment, source.veil_angle, source.veil_points)
-    r, a = ranges[valid], angles[valid]
-    points = np.stack([r * np.cos(a), r * np.sin(a), np.zeros_like(r)], axis=1)
+    beams = np.where(valid, ranges, np.nan)[:, None] * np.stack([np.cos(angles), np.sin(angles)], 1)
+    flat = np.concatenate([beams[valid], between_beams(beams, source.glancing_gap)])
+    points = np.column_stack([flat, np.zeros(len(flat))])
     return points @ T_base_laser[:3, :3].T + T_base_laser[:3, 3]
 
 
@@ -66,6 +70,41 @@ def veiling(ranges: np.ndarray, increment: float, least: float, longest: int) ->
     within = np.zeros(len(r), bool)
     within[1:-1] = (run[:-1] == run[1:]) & floats[run[:-1]]
     return within
+
+
+def between_beams(points: np.ndarray, longest: float) -> np.ndarray:
+    """What a surface seen at a glancing angle has between its beams, so that it stays one object.
+
+    Two neighbouring points belong to one straight surface where those before and after them lie on
+    the same line, at distances that change as they do along a line.
+
+    Args:
+        points: (N, 2) [m] of the beams in their order, NaN: no return.
+        longest: [m] gap that is closed.
+
+    Returns:
+        (M, 2) [m], FILL apart.
+    """
+    if len(points) < 4 or longest <= 0.0:
+        return np.empty((0, 2))
+    before, start, end, after = points[:-3], points[1:-2], points[2:-1], points[3:]
+    gap = np.hypot(*(end - start).T)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        along = (end - start) / gap[:, None]
+        straight = (gap > FILL) & (gap <= longest)
+        for outer, inner in ((before, start), (after, end)):
+            step = outer - inner
+            off = np.abs(along[:, 0] * step[:, 1] - along[:, 1] * step[:, 0])
+            length = np.hypot(*step.T)
+            straight &= (
+                (off < OFF_LINE + 0.1 * length) & (length < 2.5 * gap) & (gap < 2.5 * length)
+            )
+    start, end, count = start[straight], end[straight], (gap[straight] / FILL).astype(int)
+    owner = np.repeat(np.arange(len(count)), count)
+    share = (np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + 1) / (count + 1)[
+        owner
+    ]
+    return start[owner] + share[:, None] * (end - start)[owner]
 
 
 def cloud_points(

@@ -29,7 +29,9 @@ def grid_of(drawing: str, points_a_cell: int = 3) -> FusionGrid:
     xy = np.repeat(places(drawing, letters), points_a_cell, axis=0)
     xyz = np.column_stack([xy, np.zeros(len(xy))]).astype(np.float32)
     nothing = np.zeros(len(xyz))
-    return Fusion(2.0, CELL, np.array([False])).fuse(Points(xyz, nothing.astype(int), nothing))
+    return Fusion(2.0, CELL, np.array([False])).fuse(
+        Points(xyz, nothing.astype(int), nothing, nothing == 0)
+    )
 
 
 def shapes_of(drawing: str, letters: str) -> Ragged:

@@ -39,7 +39,8 @@ def hypotheses_of(seen: Features, atoms=None, overlaps=()) -> Hypotheses:
     atoms = [(i,) for i in range(n)] if atoms is None else atoms
     cells = Ragged.of([np.array([i]) for i in range(n)], np.empty(0, int))
     pairs = np.array(overlaps, np.int64).reshape(-1, 2)
-    return Hypotheses(cells, atoms, seen, np.arange(n), np.zeros(n, bool), pairs)
+    fallen = np.empty((0, 2), np.int64)
+    return Hypotheses(cells, atoms, seen, np.arange(n), np.zeros(n, bool), fallen, pairs)
 
 
 def pairs(hypotheses, tracks) -> set:

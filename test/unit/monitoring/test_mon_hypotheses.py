@@ -4,16 +4,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mon_cells import CELL, grid_of, places, shapes_of
 from safe_passage.monitoring.clustering import cluster
-from safe_passage.monitoring.hypotheses import Hypotheses, propose
+from safe_passage.monitoring.hypotheses import Hypotheses, Rules, propose
 from safe_passage.monitoring.ragged import Ragged
 
 OFF = 2.0
 NOBODY = Ragged.of([], np.empty((0, 2)))
 
 
-def proposed(now: str, tracks: Ragged, composite: float = 0.5, split: float = 0.5):
+def rules(tracks: Ragged, composite: float = 0.5, split: float = 0.5, **other) -> Rules:
+    count = len(tracks)
+    told = {"body": 0.0, "moving": np.ones(count, bool), "established": np.ones(count, bool)}
+    return Rules(composite, split, **{**told, "bodies": np.empty((0, 2)), **other})
+
+
+def proposed(now: str, tracks: Ragged, composite: float = 0.5, split: float = 0.5, **other):
     grid = grid_of(now)
-    return grid, propose(grid, cluster(grid, 1), tracks, composite, split)
+    return grid, propose(grid, cluster(grid, 1), tracks, rules(tracks, composite, split, **other))
 
 
 def found(grid, hypotheses: Hypotheses) -> set:
@@ -54,7 +60,9 @@ def test_three_clusters_may_be_one_object_or_any_two_of_them():
     now = "a.a.b.b.c.c"
     whole = shapes_of("ppppppppppp", "p")
     grid = grid_of(now)
-    found_sets = found(grid, propose(grid, np.array([0, 0, 1, 1, 2, 2]), whole, 0.5, OFF))
+    found_sets = found(
+        grid, propose(grid, np.array([0, 0, 1, 1, 2, 2]), whole, rules(whole, 0.5, OFF))
+    )
     for letters in ("a", "b", "c", "ab", "bc", "ac", "abc"):
         assert cells(now, letters) in found_sets
     assert len(found_sets) == 7
@@ -114,6 +122,33 @@ def test_one_leg_beside_a_table_and_one_apart_are_together_a_person():
     tracks = Ragged.of([places(now, "t"), places(now, "lr")], np.empty((0, 2)))
     grid, hypotheses = proposed(now, tracks)
     assert cells(now, "lr") in found(grid, hypotheses)
+
+
+def test_things_that_never_moved_are_not_taken_apart():
+    tracks = shapes_of(TABLE_AND_PERSON, "tp")
+    grid, hypotheses = proposed(TABLE_AND_PERSON, tracks, moving=np.zeros(2, bool))
+    assert found(grid, hypotheses) == {cells(TABLE_AND_PERSON, "tp")}
+
+
+def test_what_is_as_large_as_a_person_is_taken_apart_only_between_those_long_known():
+    tracks = shapes_of(TABLE_AND_PERSON, "tp")
+    for established in (np.array([True, False]), np.array([True, True])):
+        grid, hypotheses = proposed(TABLE_AND_PERSON, tracks, body=1.0, established=established)
+        assert (len(hypotheses) > 1) == established.all()
+        assert hypotheses.fallen.tolist() == [[0, 0], [1, 0]]
+
+
+def test_a_leg_that_steps_out_of_the_predicted_shape_still_belongs_to_its_body():
+    person = shapes_of("........\n.pp.....\n.pp.....\n........", "p")
+    grid, hypotheses = proposed(TWO_LEGS, person, body=1.0)
+    assert cells(TWO_LEGS, "ab") not in found(grid, hypotheses)
+    grid, hypotheses = proposed(TWO_LEGS, person, body=1.0, bodies=np.array([[0.4, 0.2]]))
+    assert cells(TWO_LEGS, "ab") in found(grid, hypotheses)
+
+
+def test_a_part_is_known_as_such():
+    _, hypotheses = proposed(TABLE_AND_PERSON, shapes_of(TABLE_AND_PERSON, "tp"))
+    assert [len(own) == 1 for own in hypotheses.atoms] == hypotheses.part.tolist()
 
 
 def test_features_describe_the_cells():

@@ -175,7 +175,7 @@ def test_a_hidden_person_is_kept_for_so_many_cycles_and_found_again():
     for k in range(3):
         run.see(disc(x + k * DT, 1.0), wall(-3, -2, 3, -2))
     assert run.last.tracks.id[run.one_at(x + 2 * DT, 1.0)] == ident
-    for _ in range(15):
+    for _ in range(LASER.aggregate + 10):
         run.see(wall(-3, -2, 3, -2))
     assert ident not in run.last.tracks.id
 

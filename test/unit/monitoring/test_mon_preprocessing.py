@@ -7,9 +7,15 @@ from hypothesis import strategies as st
 from safe_passage.core.errors import ParameterError
 from safe_passage.core.geometry import matrix
 from safe_passage.monitoring.parameters import SourceParameters
-from safe_passage.monitoring.preprocessing import cloud_points, outside, scan_points, veiling
+from safe_passage.monitoring.preprocessing import (
+    between_beams,
+    cloud_points,
+    outside,
+    scan_points,
+    veiling,
+)
 
-PLAIN = SourceParameters("laser", veil_angle=0.0)
+PLAIN = SourceParameters("laser", veil_angle=0.0, glancing_gap=0.0)
 HALF_DEGREE = math.radians(0.5)
 
 
@@ -46,7 +52,7 @@ def test_what_is_no_range_is_no_obstacle(bad):
 
 
 def test_margins_of_the_field_of_view_are_cut():
-    source = SourceParameters("laser", veil_angle=0.0, crop_margin=0.25)
+    source = SourceParameters("laser", veil_angle=0.0, glancing_gap=0.0, crop_margin=0.25)
     points = scan_points(np.ones(11), -0.5, 0.1, np.eye(4), source)
     assert len(points) == 11 - 2 * 3
 
@@ -89,6 +95,30 @@ def test_veiling_is_the_same_from_left_and_from_right(values):
     ranges = np.array(values)
     back = veiling(ranges[::-1], HALF_DEGREE, 0.14, 2)[::-1]
     assert (veiling(ranges, HALF_DEGREE, 0.14, 2) == back).all()
+
+
+def test_gaps_of_a_wall_at_a_glancing_angle_are_closed():
+    x = np.array([1.0, 1.1, 1.25, 1.45, 1.7, 2.0])
+    filled = between_beams(np.column_stack([x, np.full(6, 0.3)]), 0.5)
+    along = np.sort(np.concatenate([x[1:-1], filled[:, 0]]))
+    assert np.diff(along).max() < 0.13
+    assert filled[:, 1] == pytest.approx(0.3)
+    assert filled[:, 0].min() > 1.1
+    assert filled[:, 0].max() < 1.7  # the last gaps have nothing beyond to judge them by
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [[1, 0], [1.1, 0], [1.3, 0.3], [1.4, 0.3]],  # a step
+        [[1, 0], [1.01, 0], [1.4, 0], [1.41, 0]],  # two things in a line
+        [[1, 0], [math.nan, 0], [1.2, 0], [1.3, 0]],  # nothing between
+        [[1, 0], [1.6, 0], [2.2, 0], [2.8, 0]],  # too far apart
+        [[1, 0], [1.1, 0], [1.2, 0]],  # too few
+    ],
+)
+def test_what_is_no_surface_stays_open(points):
+    assert len(between_beams(np.array(points, float), 0.5)) == 0
 
 
 def test_a_cloud_keeps_what_stands_between_floor_and_ceiling():
