@@ -22,7 +22,9 @@ from safe_passage.ros.tracker_parameters import TrackerNodeParameters
 GREY, RED = (0.72, 0.72, 0.74), (0.95, 0.15, 0.12)
 WHITE, ROBOT = (1.0, 1.0, 1.0), (0.95, 0.55, 0.15)
 SENSORS = [(0.25, 0.75, 0.35), (0.30, 0.55, 1.0), (0.95, 0.85, 0.25), (0.75, 0.45, 0.95)]
-SEEN, UNSEEN, SECTOR, RIM = 1.0, 0.35, 0.10, 0.7  # opacity
+SEEN, UNSEEN, WAY, SECTOR, RIM = 1.0, 0.35, 0.7, 0.1, 0.7  # opacity
+STILL = 0.1  # [m/s] slower tracks have no arrow
+LABEL_DISTANCE = 0.6  # [m] from the middle of an obstacle
 THICKNESS = 0.05  # [m] of what is drawn on the floor
 LIFETIME = rospy.Duration(1)  # a tracker that stops must not leave obstacles behind
 
@@ -80,24 +82,25 @@ def _cells(header: Header, snapshot: Snapshot, resolution: float) -> list[Marker
 
 
 def _arrows_and_labels(header: Header, snapshot: Snapshot) -> list[Marker]:
-    """For a moving track, the way of the next second in white, with id and speed."""
+    """For a moving track, the way of the next second in white; behind it id and speed."""
     tracks, markers = snapshot.tracks, []
     for i in np.flatnonzero(snapshot.confirmed & tracks.moving).tolist():
         number, at, velocity = int(tracks.id[i]), tracks.position[i], tracks.velocity[i]
         speed = float(np.hypot(*velocity))
-        if speed > 0.1:
+        if speed > STILL:
             arrow = _marker(header, "velocity", number, Marker.ARROW, _colour(WHITE, 1.0))
             arrow.points = _points(np.stack([at, at + velocity]), 4 * THICKNESS)
             arrow.scale = Vector3(0.07, 0.2, 0.25)
             markers.append(arrow)
-        beside = at + np.array([0.0, 0.55])
-        markers.append(_label(header, "id", number, beside, f"{number}: {speed:.1f} m/s"))
+        direction = velocity / speed if speed > STILL else np.array([1.0, 0.0])
+        behind = at - LABEL_DISTANCE * direction
+        markers.append(_label(header, "id", number, behind, f"{number}: {speed:.1f} m/s"))
     return markers
 
 
 def _path(header: Header, number: int, path: deque) -> Marker:
-    marker = _marker(header, "path", number, Marker.LINE_STRIP, _colour(RED, 0.9))
-    marker.scale.x = 0.06
+    marker = _marker(header, "path", number, Marker.LINE_STRIP, _colour(RED, WAY))
+    marker.scale.x = 0.04
     marker.points = _points(np.array(path), 2 * THICKNESS)
     return marker
 
