@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -95,14 +96,19 @@ def peers_speed(quick: bool) -> list[dict]:
     ours = float(np.median(cycle_cost(300, 3 * cycles, FIELD_SEED).milliseconds))
     rows = []
     for name in PEERS:
-        theirs = peer_cost(name, 300, cycles, FIELD_SEED)
-        ms = float(np.median(theirs.milliseconds))
+        theirs = peer_cost(name, 300, cycles, FIELD_SEED) if installed(name) else None
+        ms = float(np.median(theirs.milliseconds)) if theirs else None
         rows += [
             metric(f"{name}_300_ms", ms, "ms"),
-            metric(f"{name}_tracks_held_300", theirs.held, "tracks"),
-            metric(f"{name}_over_ours", ms / ours, ""),
+            metric(f"{name}_tracks_held_300", theirs.held if theirs else None, "tracks"),
+            metric(f"{name}_over_ours", ms / ours if ms else None, ""),
         ]
     return rows
+
+
+def installed(package: str) -> bool:
+    """Whether it is there: not every Python can have every peer."""
+    return importlib.util.find_spec(package) is not None
 
 
 def accuracy(scenarios: list[TrackingScenario], quick: bool) -> list[dict]:
@@ -162,13 +168,11 @@ def peers_accuracy(scenarios: list[TrackingScenario], quick: bool) -> list[dict]
     for peer in PEERS:
         cycles = PEER_CYCLES_QUICK if quick else None
         jobs = [PeerJob(peer, one, cycles) for one in scenarios[: 1 if quick else None]]
-        found = sum(run_jobs(judge_peer, jobs, WORKERS, peer), Score())
-        rows += [
-            metric(f"{peer}_mota", found.mota, ""),
-            metric(f"{peer}_motp_m", found.motp, "m"),
-            metric(f"{peer}_idf1", found.idf1, ""),
-            metric(f"{peer}_false_moving_share", found.false_moving_share, ""),
-        ]
+        scores = run_jobs(judge_peer, jobs, WORKERS, peer) if installed(peer) else []
+        found = sum(scores, Score())
+        for name, unit in (("mota", ""), ("motp", "m"), ("idf1", ""), ("false_moving_share", "")):
+            value = getattr(found, name) if scores else None
+            rows.append(metric(f"{peer}_{name}{'_m' if unit else ''}", value, unit))
     return rows
 
 
