@@ -10,12 +10,15 @@ from safe_passage.monitoring.motion import squared_mahalanobis
 from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.tracks import Tracks, centroid_noise
 
-NEIGHBOURHOOD = 0.5  # [m] within which pairs are looked at; overlapping ones at any distance
+NEIGHBOURHOOD = 0.8  # [m] within which pairs are looked at; overlapping ones at any distance
+STANDING = 0.5  # [m] the same for tracks that never moved, or have not been seen for
+RECENT = 5  # cycles: a walker turns on the spot, but who is hidden for long could be anywhere
 
 
 def associate(
     hypotheses: Hypotheses,
     tracks: Tracks,
+    established: np.ndarray,
     three_dimensional: np.ndarray,
     parameters: TrackerParameters,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -28,9 +31,12 @@ def associate(
     pairs, overlap = candidates(features.position, tracks.position, hypotheses.overlaps)
     h, t = pairs.T
     squared = _squared_distance(features, tracks, h, t, parameters)
-    near = overlap | (squared <= parameters.gate)
+    away = np.hypot(*(features.position[h] - tracks.position[t]).T)
+    agile = tracks.moving & (tracks.misses <= RECENT)
+    near = overlap | ((squared <= parameters.gate) & (agile[t] | (away <= STANDING)))
     h, t, squared = h[near], t[near], np.minimum(squared[near], parameters.gate)
     total = squared + feature_distance(features, tracks, h, t, three_dimensional, parameters)
+    total += parameters.seniority * (hypotheses.claimed[h] & ~established[t])
     order = np.argsort(total, kind="stable")
     order = order[total[order] <= parameters.max_distance]
     return choose(h[order], t[order], hypotheses.atoms)

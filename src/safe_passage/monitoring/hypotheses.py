@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from safe_passage.monitoring.fusion_grid import FusionGrid, cell_index
 from safe_passage.monitoring.ragged import Ragged, gather, moments
 
+LARGELY = 0.5  # share of a track's cells on a cluster
 MOST_PARTS = 6  # of which every pair is tried; of more only all together
 APART = 1e3  # [m] between clusters, so that one search keeps them apart
 
@@ -55,6 +56,9 @@ class Hypotheses:
     atom_of_cell: np.ndarray  # (K,) of each obstacle cell, -1: none
     part: np.ndarray  # (H,) bool: it contains a part of a cluster that others have a part of
     fallen: np.ndarray  # (F, 2) int: track that largely lies on a cluster of a body's size, cluster
+    claimed: (
+        np.ndarray
+    )  # (H,) bool: such a cluster is in it, with an established mover's track on it
     overlaps: np.ndarray  # (P, 2) int: hypothesis, track that largely lie on each other
 
     def __len__(self) -> int:
@@ -91,6 +95,7 @@ def propose(
         if 2 < len(own) <= MOST_PARTS:
             sets.update((pair, None) for pair in combinations(own, 2))
     chosen = list(sets)
+    fallen = (cover.track_share >= LARGELY) & (sizes <= rules.body)
     cells = atoms.cells.unions(chosen)
     return Hypotheses(
         cells,
@@ -98,7 +103,8 @@ def propose(
         describe(grid, cells),
         atoms.of_cell,
         atoms.parts(chosen),
-        np.argwhere((cover.track_share >= rules.split_overlap) & (sizes <= rules.body)),
+        np.argwhere(fallen),
+        atoms.contained(chosen, (fallen & (rules.established & rules.moving)[:, None]).any(axis=0)),
         _overlaps(chosen, parts, cover, atoms),
     )
 
@@ -228,6 +234,11 @@ class _Atoms:
             if len(self.of_cluster[cluster]) == 1:
                 parts.setdefault(track, set()).add(cluster)
         return {track: sorted(own) for track, own in parts.items()}
+
+    def contained(self, chosen: list[tuple[int, ...]], clusters: np.ndarray) -> np.ndarray:
+        """(H,) whether each of these sets has an atom of one of the `clusters` (J,) bool."""
+        marked = {atom for j in np.flatnonzero(clusters) for atom in self.of_cluster[j]}
+        return np.array([not marked.isdisjoint(own) for own in chosen], bool)
 
     def parts(self, chosen: list[tuple[int, ...]]) -> np.ndarray:
         """(H,) whether each of these sets has some but not all atoms of a cluster."""

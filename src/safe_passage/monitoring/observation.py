@@ -164,6 +164,7 @@ def classify(tracks: Tracks, known: np.ndarray, parameters: TrackerParameters) -
         (np.hypot(*velocity.T) > parameters.moving_speed)
         & (significance > parameters.moving_significance)
         & (np.hypot(*way.T) > parameters.moving_distance)
+        & (tracks.cells[known] > 1)  # a single cell flickers between one thing and the next
     )
     counter = _replaced(tracks.fast, known, np.where(fast, tracks.fast[known] + 1, 0))
     return tracks.with_(fast=counter, moving=tracks.moving | (counter >= parameters.moving_cycles))

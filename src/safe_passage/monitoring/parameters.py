@@ -79,6 +79,7 @@ class TrackerParameters:
     height_weight: float = 1.0  # of the difference in height
     height_scale: float = 0.3  # [m] difference that counts 1
     no_common_sensor: float = 3.0  # added where track and hypothesis share no sensor
+    seniority: float = 4.0  # added to a track that would take its cluster from an older one's leg
     max_distance: float = 16.0  # of an association
 
     acceleration: float = 1.5  # [m/s^2] standard deviation of the motion model's noise
@@ -94,9 +95,9 @@ class TrackerParameters:
     alignment_overlap: float = 0.8  # share of cells that must lie on each other
 
     moving_speed: float = 0.3  # [m/s] slower tracks are stationary (5)
-    moving_significance: float = 5.0  # squared Mahalanobis distance of the velocity from 0
+    moving_significance: float = 3.0  # squared Mahalanobis distance of the velocity from 0
     moving_distance: float = 0.4  # [m] a track must have left its place by
-    moving_cycles: int = 8  # in a row before a track counts as moving; it stays so
+    moving_cycles: int = 10  # in a row before a track counts as moving; it stays so
 
     max_unobserved_cycles: int = 30  # after which an unobserved track ends
     confirm_cycles: int = 3  # observations before a track is published
@@ -115,7 +116,13 @@ class TrackerParameters:
             check_flag(flag, getattr(self, flag))
         for share in ("composite_overlap", "split_overlap", "alignment_overlap"):
             check_range(share, getattr(self, share), 0.01, 1.0, "")
-        for weight in ("cells_weight", "points_weight", "height_weight", "no_common_sensor"):
+        for weight in (
+            "cells_weight",
+            "points_weight",
+            "height_weight",
+            "no_common_sensor",
+            "seniority",
+        ):
             check_range(weight, getattr(self, weight), 0.0, 1000.0, "")
         check_range("body_size", self.body_size, 0.0, 10.0, "m")
         check_range("fragment_age", self.fragment_age, 0.0, 60.0, "s")

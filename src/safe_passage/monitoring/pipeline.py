@@ -70,11 +70,12 @@ class ObstacleTracker:
         tracks = self._predict(stamp, pose)
         shapes = placed_shapes(tracks.shapes, tracks.x[:, :2], pose)
         clusters = cluster(grid, self._p.min_points)
-        hypotheses = propose(grid, clusters, shapes, self._rules(tracks, stamp))
-        seen, known = associate(hypotheses, tracks, self._three_dimensional, self._p)
+        established = stamp - tracks.born >= self._p.fragment_age
+        hypotheses = propose(grid, clusters, shapes, self._rules(tracks, established))
+        seen, known = associate(hypotheses, tracks, established, self._three_dimensional, self._p)
         tracks = observe(tracks, grid, hypotheses, (seen, known), pose, self._aligner, self._p)
         tracks = classify(tracks, known, self._p)
-        tracks = self._drop_lost(tracks, hypotheses, seen, known, stamp)
+        tracks = self._drop_lost(tracks, hypotheses, seen, known, established)
         tracks = self._start_new(tracks, grid, hypotheses, seen, stamp, pose)
         self._tracks, self._last = tracks, (stamp, pose)
         return Snapshot(
@@ -87,14 +88,14 @@ class ObstacleTracker:
             self._aggregator.alive(),
         )
 
-    def _rules(self, tracks: Tracks, stamp: float) -> Rules:
+    def _rules(self, tracks: Tracks, established: np.ndarray) -> Rules:
         p = self._p
         return Rules(
             p.composite_overlap if p.composites else OFF,
             p.split_overlap if p.splits else OFF,
             p.body_size,
             tracks.moving,
-            stamp - tracks.born >= p.fragment_age,
+            established,
             tracks.position[12.0 * np.trace(tracks.extent, axis1=1, axis2=2) <= p.body_size**2],
         )
 
@@ -123,14 +124,13 @@ class ObstacleTracker:
         hypotheses: Hypotheses,
         seen: np.ndarray,
         known: np.ndarray,
-        stamp: float,
+        established: np.ndarray,
     ) -> Tracks:
         """Without those not seen for too long, and without legs that turn out to be a person's."""
         keep = tracks.misses <= np.minimum(tracks.hits, self._p.max_unobserved_cycles)
         used = {atom for h in seen.tolist() for atom in hypotheses.atoms[h]}
-        young = stamp - tracks.born < self._p.fragment_age
         for track, whole in hypotheses.fallen.tolist():
-            if young[track] and whole in used:
+            if whole in used and not established[track]:
                 keep[track] = False
         keep[known] = True
         return tracks.keep(keep)

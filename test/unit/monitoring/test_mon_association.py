@@ -14,6 +14,7 @@ LASERS_AND_CAMERA = (
     SourceParameters("camera", CLOUD),
 )
 P = TrackerParameters(sources=LASERS_AND_CAMERA)
+OLD = np.ones(9, bool)
 HEIGHTS = np.array([False, False, True])
 
 
@@ -40,11 +41,14 @@ def hypotheses_of(seen: Features, atoms=None, overlaps=()) -> Hypotheses:
     cells = Ragged.of([np.array([i]) for i in range(n)], np.empty(0, int))
     pairs = np.array(overlaps, np.int64).reshape(-1, 2)
     fallen = np.empty((0, 2), np.int64)
-    return Hypotheses(cells, atoms, seen, np.arange(n), np.zeros(n, bool), fallen, pairs)
+    no = np.zeros(n, bool)
+    return Hypotheses(cells, atoms, seen, np.arange(n), no, fallen, no, pairs)
 
 
 def pairs(hypotheses, tracks) -> set:
-    return set(zip(*(a.tolist() for a in associate(hypotheses, tracks, HEIGHTS, P))))
+    return set(
+        zip(*(a.tolist() for a in associate(hypotheses, tracks, OLD[: len(tracks)], HEIGHTS, P)))
+    )
 
 
 def one_distance(seen: Features, tracks) -> float:
