@@ -57,6 +57,34 @@ def scan_ranges(scan: LaserScan) -> np.ndarray:
 
 def cloud_xyz(cloud: PointCloud2) -> np.ndarray:
     """Points (N, 3) float32 [m], the cloud's frame; raises UnusableMessageError."""
+    return refuse_nan(_stacked(_grid(cloud)))
+
+
+def sampled_xyz(cloud: PointCloud2, reach: float, spacing: float) -> np.ndarray:
+    """The same, of an organised cloud only pixels that lie up to `spacing` [m] apart.
+
+    reach: [m] from the sensor at which they do; nearer they are closer together.
+    """
+    grid = _grid(cloud)
+    if 1 in grid.shape:
+        return refuse_nan(_stacked(grid))
+    height, width = grid.shape
+    v = _pixel_step(_stacked(grid[:, width // 2]), spacing / reach)
+    u = _pixel_step(_stacked(grid[height // 2]), spacing / reach)
+    return refuse_nan(_stacked(grid[v // 2 :: v, u // 2 :: u]))
+
+
+def _pixel_step(line: np.ndarray, angle: float) -> int:
+    """How many pixels of a picture's row or column (N, 3) lie within `angle` [rad], at least 1."""
+    with np.errstate(invalid="ignore"):
+        directions = line / np.linalg.norm(line, axis=1)[:, None]
+    gaps = np.linalg.norm(np.diff(directions, axis=0), axis=1)
+    gaps = gaps[gaps > 0.0]  # NaN compares false
+    return max(1, int(angle / gaps.max())) if len(gaps) else 1
+
+
+def _grid(cloud: PointCloud2) -> np.ndarray:
+    """View (H, W) with fields x, y, z of the cloud's bytes."""
     fields = {field.name: field for field in cloud.fields}
     for axis in "xyz":
         field = fields.get(axis)
@@ -79,8 +107,12 @@ def cloud_xyz(cloud: PointCloud2) -> np.ndarray:
         }
     )
     strides = (cloud.row_step, cloud.point_step)
-    grid = np.ndarray(shape, layout, buffer=cloud.data, strides=strides)
-    return refuse_nan(np.stack([grid[axis].ravel() for axis in "xyz"], axis=1).astype(np.float32))
+    return np.ndarray(shape, layout, buffer=cloud.data, strides=strides)
+
+
+def _stacked(grid: np.ndarray) -> np.ndarray:
+    """(N, 3) float32 of a grid's x, y, z."""
+    return np.stack([grid[axis].ravel() for axis in "xyz"], axis=1).astype(np.float32)
 
 
 def refuse_nan(points: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from safe_passage.monitoring.preprocessing import cloud_points, scan_points
 from safe_passage.ros.conversions import from_transform, planar_pose
 from safe_passage.ros.diagnostics import NodeDiagnostics
 from safe_passage.ros.fields_of_view import FieldOfView, of_cloud, of_scan
-from safe_passage.ros.sensor_conversions import cloud_xyz, scan_beams
+from safe_passage.ros.sensor_conversions import sampled_xyz, scan_beams
 from safe_passage.ros.sensor_input import InputLimits, Received, SensorInput
 from safe_passage.ros.tracker_parameters import TrackerNodeParameters
 
@@ -104,7 +104,7 @@ class _Source:
             LaserScan if self._is_scan else PointCloud2,
             InputLimits(parameters.max_age, parameters.max_future, parameters.transform_tolerance),
             diagnostics,
-            scan_beams if self._is_scan else cloud_xyz,
+            scan_beams if self._is_scan else self._read_cloud,
             self._measure,
             on_news,
         )
@@ -121,6 +121,10 @@ class _Source:
         """Forget what waits and what came last."""
         self.input.restart()
         self._last = None
+
+    def _read_cloud(self, cloud: PointCloud2) -> np.ndarray:
+        """As many points as no cell within range lacks one for."""
+        return sampled_xyz(cloud, self._source.range_max, 0.5 * self._p.resolution)
 
     def _measure(self, received: Received) -> tuple[rospy.Time, Measurement]:
         base, stamp = self._p.base_frame, received.stamp

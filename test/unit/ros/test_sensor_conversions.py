@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from safe_passage.ros.conversions import to_cloud, to_header
 from safe_passage.ros.diagnostics import Outcome
-from safe_passage.ros.sensor_conversions import UnusableMessageError, cloud_xyz, scan_beams
+from safe_passage.ros.sensor_conversions import (
+    UnusableMessageError,
+    cloud_xyz,
+    sampled_xyz,
+    scan_beams,
+)
 from sensor_msgs.msg import LaserScan, PointField
 
 XYZ = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
@@ -84,3 +89,41 @@ def test_padding_and_byte_order_are_respected():
 )
 def test_clouds_that_cannot_be_read_are_refused(changes, outcome):
     assert refusal(cloud_xyz, make_cloud(**changes)) is outcome
+
+
+def make_picture(rows, columns, holes=False):
+    """A wall 2 m ahead of a camera with 90 degrees; holes: its middle row and column are NaN."""
+    v, u = np.mgrid[:rows, :columns]
+    x, y = 4.0 * ((u + 0.5) / columns - 0.5), 4.0 * ((v + 0.5) / rows - 0.5)
+    xyz = np.stack([x, y, np.full(u.shape, 2.0)], axis=2).astype(np.float32)
+    if holes:
+        xyz[rows // 2, :], xyz[:, columns // 2] = np.nan, np.nan
+    return to_cloud(to_header(None, "camera"), xyz, np.zeros((rows, columns, 3), np.uint8))
+
+
+def test_pixels_are_sampled_so_that_no_cell_within_reach_lacks_one():
+    every = cloud_xyz(make_picture(100, 200))
+    some = sampled_xyz(make_picture(100, 200), reach=2.0, spacing=0.1)
+    assert {tuple(p) for p in some} <= {tuple(p) for p in every}
+    for axis, extent in ((0, 2.0), (1, 2.0)):
+        lines = np.unique(some[:, axis])
+        assert 0.07 < np.diff(lines).max() <= 0.1001
+        assert lines[0] + extent < 0.1
+        assert extent - lines[-1] < 0.1
+
+
+@pytest.mark.parametrize("shape", [(20, 30), (1, 400), (400, 1)])
+def test_few_points_are_all_kept(shape):
+    some = sampled_xyz(make_picture(*shape), reach=2.0, spacing=0.1)
+    assert len(some) == shape[0] * shape[1]
+
+
+def test_where_nobody_knows_how_dense_they_lie_all_are_kept():
+    some = sampled_xyz(make_picture(100, 100, holes=True), reach=2.0, spacing=0.1)
+    assert len(some) == 100 * 100
+
+
+def test_a_cloud_in_rings_keeps_them_all():
+    some = sampled_xyz(make_picture(16, 400), reach=2.0, spacing=0.1)
+    assert len(np.unique(some[:, 1])) == 16
+    assert len(np.unique(some[:, 0])) < 60
