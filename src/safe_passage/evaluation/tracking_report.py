@@ -17,6 +17,7 @@ import yaml
 from safe_passage.core.errors import SafePassageError
 from safe_passage.evaluation.parallel import Workers, run_jobs
 from safe_passage.evaluation.tracking_catalogue import TUNING_SEED, Catalogue
+from safe_passage.evaluation.tracking_diagnosis import as_text
 from safe_passage.evaluation.tracking_metrics import Score, identities, score
 from safe_passage.evaluation.tracking_plots import draw_tracks
 from safe_passage.evaluation.tracking_recording import merged, recordings
@@ -40,6 +41,7 @@ class Job:
     parameters: TrackerParameters
     every: int = EVERY
     plot: Path | None = None
+    why: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,7 @@ class Line:
     scenario: str
     score: Score
     ids: int  # most that one person had
+    diagnosis: str = ""
 
 
 def judge(job: Job) -> Line:
@@ -59,7 +62,8 @@ def judge(job: Job) -> Line:
     if job.plot:
         draw_tracks(recording, cycles, job.parameters, job.plot / f"{scenario.name}.png")
     ids = [len(own) for own in identities(recording, cycles).values()]
-    return Line(scenario.name, score(recording, cycles), max(ids, default=0))
+    diagnosis = as_text(recording, cycles) if job.why else ""
+    return Line(scenario.name, score(recording, cycles), max(ids, default=0), diagnosis)
 
 
 def judge_all(
@@ -68,10 +72,11 @@ def judge_all(
     workers: Workers,
     every: int = EVERY,
     plot: Path | None = None,
+    why: bool = False,
 ) -> list[Line]:
     """A line for each scenario."""
     recordings(scenarios, workers)  # fills the cache
-    jobs = [Job(scenario, parameters, every, plot) for scenario in scenarios]
+    jobs = [Job(scenario, parameters, every, plot, why) for scenario in scenarios]
     return run_jobs(judge, jobs, workers, "tracking")
 
 
@@ -115,7 +120,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(as_markdown(rows, "tracker"))
         else:
             parameters = tracker_parameters(args.config, args.set)
-            lines = judge_all(scenarios, parameters, workers, args.every, args.plot)
+            lines = judge_all(scenarios, parameters, workers, args.every, args.plot, args.why)
+            if args.why:
+                print("\n".join(line.diagnosis for line in lines))
             print(as_markdown([*lines, total(lines)]))
     except SafePassageError as error:
         print(f"tracking_report: {error}", file=sys.stderr)
@@ -143,6 +150,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--every", type=int, default=EVERY, metavar="N", help="cycles of 0.04 s that are one"
     )
+    parser.add_argument("--why", action="store_true", help="say when and why people were missed")
     parser.add_argument("--plot", type=Path, metavar="FOLDER", help="draw a picture a scenario")
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1, metavar="N")
     return parser

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from safe_passage.evaluation import tracking_diagnosis
 from safe_passage.evaluation import tracking_metrics as metrics
 from safe_passage.evaluation.tracking_catalogue import Catalogue
 from safe_passage.evaluation.tracking_recording import Recording
@@ -147,3 +148,16 @@ def test_scores_add_up(recording):
     b = metrics.score(recording(), [told()] * CYCLES)
     assert (a + b).mota == pytest.approx(0.5)
     assert (a + b).objects == 20
+
+
+def test_a_diagnosis_says_when_and_why(recording):
+    """No track for 3 cycles, then one that stands for 2; a thing called moving at the end."""
+    cycles = []
+    for t in range(CYCLES):
+        own = [(1, float(t), 0.0, t >= 5)] if t >= 3 else []
+        cycles.append(told(*own, (2, 0.0, 9.0, t == 9)))
+    missed = tracking_diagnosis.misses(recording(), cycles)
+    assert missed == {0: [(0.0, 0.16, "no track"), (0.24, 0.32, "not moving")]}
+    strays = tracking_diagnosis.strays(recording(), cycles)
+    assert strays == {2: [(0.72, 0.72, "at (0.0, 9.0), 12.7 m from person 0")]}
+    assert "person 0: 0.0-0.2 s no track" in tracking_diagnosis.as_text(recording(), cycles)
