@@ -36,7 +36,7 @@ def associate(
     near = overlap | ((squared <= parameters.gate) & (agile[t] | (away <= STANDING)))
     h, t, squared = h[near], t[near], np.minimum(squared[near], parameters.gate)
     total = squared + feature_distance(features, tracks, h, t, three_dimensional, parameters)
-    total += parameters.seniority * (hypotheses.claimed[h] & ~established[t])
+    total += parameters.seniority * ((hypotheses.claimant[h] < t) & ~established[t])
     order = np.argsort(total, kind="stable")
     order = order[total[order] <= parameters.max_distance]
     return choose(h[order], t[order], hypotheses.atoms)

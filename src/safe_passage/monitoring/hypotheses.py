@@ -56,9 +56,7 @@ class Hypotheses:
     atom_of_cell: np.ndarray  # (K,) of each obstacle cell, -1: none
     part: np.ndarray  # (H,) bool: it contains a part of a cluster that others have a part of
     fallen: np.ndarray  # (F, 2) int: track that largely lies on a cluster of a body's size, cluster
-    claimed: (
-        np.ndarray
-    )  # (H,) bool: such a cluster is in it, with an established mover's track on it
+    claimant: np.ndarray  # (H,) oldest track on such a cluster in it; the number of tracks: none
     overlaps: np.ndarray  # (P, 2) int: hypothesis, track that largely lie on each other
 
     def __len__(self) -> int:
@@ -104,7 +102,7 @@ def propose(
         atoms.of_cell,
         atoms.parts(chosen),
         np.argwhere(fallen),
-        atoms.contained(chosen, (fallen & (rules.established & rules.moving)[:, None]).any(axis=0)),
+        atoms.claimants(chosen, fallen),
         _overlaps(chosen, parts, cover, atoms),
     )
 
@@ -235,10 +233,15 @@ class _Atoms:
                 parts.setdefault(track, set()).add(cluster)
         return {track: sorted(own) for track, own in parts.items()}
 
-    def contained(self, chosen: list[tuple[int, ...]], clusters: np.ndarray) -> np.ndarray:
-        """(H,) whether each of these sets has an atom of one of the `clusters` (J,) bool."""
-        marked = {atom for j in np.flatnonzero(clusters) for atom in self.of_cluster[j]}
-        return np.array([not marked.isdisjoint(own) for own in chosen], bool)
+    def claimants(self, chosen: list[tuple[int, ...]], fallen: np.ndarray) -> np.ndarray:
+        """(H,) first track, which is the oldest, of those `fallen` (N, J) on a cluster of each."""
+        tracks = len(fallen)
+        of_atom = {
+            atom: int(fallen[:, j].argmax())
+            for j in np.flatnonzero(fallen.any(axis=0))
+            for atom in self.of_cluster[j]
+        }
+        return np.array([min(of_atom.get(a, tracks) for a in own) for own in chosen], np.int64)
 
     def parts(self, chosen: list[tuple[int, ...]]) -> np.ndarray:
         """(H,) whether each of these sets has some but not all atoms of a cluster."""

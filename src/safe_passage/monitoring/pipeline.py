@@ -68,7 +68,7 @@ class ObstacleTracker:
             self._aggregator.add(self._without_robot(measurement))
         grid = self._fusion.fuse(self._aggregator.points(stamp, pose))
         tracks = self._predict(stamp, pose)
-        shapes = placed_shapes(tracks.shapes, tracks.x[:, :2], pose)
+        shapes = placed_shapes(self._expected(tracks), tracks.x[:, :2], pose)
         clusters = cluster(grid, self._p.min_points)
         established = stamp - tracks.born >= self._p.fragment_age
         hypotheses = propose(grid, clusters, shapes, self._rules(tracks, established))
@@ -88,6 +88,16 @@ class ObstacleTracker:
             self._aggregator.alive(),
         )
 
+    def _expected(self, tracks: Tracks) -> list[np.ndarray]:
+        """The shape that each track should show.
+
+        Large things that stand are expected as they were: who walks away from a table would
+        otherwise take its shape along, cycle by cycle.
+        """
+        stands = ~tracks.moving & (_sizes(tracks) > self._p.body_size)
+        pairs = zip(tracks.shapes, tracks.references, stands)
+        return [reference if still else shape for shape, reference, still in pairs]
+
     def _rules(self, tracks: Tracks, established: np.ndarray) -> Rules:
         p = self._p
         return Rules(
@@ -96,7 +106,7 @@ class ObstacleTracker:
             p.body_size,
             tracks.moving,
             established,
-            tracks.position[12.0 * np.trace(tracks.extent, axis1=1, axis2=2) <= p.body_size**2],
+            tracks.position[_sizes(tracks) <= p.body_size],
         )
 
     def _without_robot(self, measurement: Measurement) -> Measurement:
@@ -161,3 +171,8 @@ class ObstacleTracker:
         fresh = new_tracks(features, shapes, self._next_id, stamp, self._p)
         self._next_id += len(chosen)
         return tracks.join(fresh)
+
+
+def _sizes(tracks: Tracks) -> np.ndarray:
+    """(N,) [m] of each object, as of a line with its second moment."""
+    return np.sqrt(12.0 * np.trace(tracks.extent, axis1=1, axis2=2))

@@ -41,8 +41,8 @@ def hypotheses_of(seen: Features, atoms=None, overlaps=()) -> Hypotheses:
     cells = Ragged.of([np.array([i]) for i in range(n)], np.empty(0, int))
     pairs = np.array(overlaps, np.int64).reshape(-1, 2)
     fallen = np.empty((0, 2), np.int64)
-    no = np.zeros(n, bool)
-    return Hypotheses(cells, atoms, seen, np.arange(n), no, fallen, no, pairs)
+    no, nobody = np.zeros(n, bool), np.full(n, 99)
+    return Hypotheses(cells, atoms, seen, np.arange(n), no, fallen, nobody, pairs)
 
 
 def pairs(hypotheses, tracks) -> set:
