@@ -6,6 +6,7 @@ faint. The sensors' fields of view are sectors of one colour each.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 import numpy as np
@@ -82,7 +83,7 @@ def _cells(header: Header, snapshot: Snapshot, resolution: float) -> list[Marker
 
 
 def _arrows_and_labels(header: Header, snapshot: Snapshot) -> list[Marker]:
-    """For a moving track, the way of the next second in white; behind it id and speed."""
+    """For a moving track, the way of the next second in white; beside it id and speed."""
     tracks, markers = snapshot.tracks, []
     for i in np.flatnonzero(snapshot.confirmed & tracks.moving).tolist():
         number, at, velocity = int(tracks.id[i]), tracks.position[i], tracks.velocity[i]
@@ -92,9 +93,8 @@ def _arrows_and_labels(header: Header, snapshot: Snapshot) -> list[Marker]:
             arrow.points = _points(np.stack([at, at + velocity]), 4 * THICKNESS)
             arrow.scale = Vector3(0.07, 0.2, 0.25)
             markers.append(arrow)
-        direction = velocity / speed if speed > STILL else np.array([1.0, 0.0])
-        behind = at - LABEL_DISTANCE * direction
-        markers.append(_label(header, "id", number, behind, f"{number}: {speed:.1f} m/s"))
+        beside = at - np.array([math.copysign(LABEL_DISTANCE, velocity[0]), 0.0])
+        markers.append(_label(header, "id", number, beside, f"{number}: {speed:.1f} m/s"))
     return markers
 
 
