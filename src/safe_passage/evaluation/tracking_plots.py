@@ -51,9 +51,10 @@ def draw_tracks(
 
 
 def paths(cycles: Sequence[Told]) -> dict[int, np.ndarray]:
-    """Where each track was, (N, 2) [m], while it was told as moving."""
+    """Where each track was, (N, 2) [m], while it was told as moving and seen."""
     found: dict[int, list[np.ndarray]] = {}
     for said in cycles:
-        for number, position in zip(said.id[said.moving].tolist(), said.position[said.moving]):
+        answer = said.moving & said.fresh
+        for number, position in zip(said.id[answer].tolist(), said.position[answer]):
             found.setdefault(number, []).append(position)
     return {number: np.array(way) for number, way in found.items()}
