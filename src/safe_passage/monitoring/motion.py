@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from filterpy.common import Q_discrete_white_noise
+from filterpy.common import Q_continuous_white_noise
 
 from safe_passage.core.geometry import Pose, rotation
 
@@ -22,15 +22,19 @@ def transition(dt: float) -> Array:
     return F
 
 
-def process_noise(dt: float, acceleration: float) -> Array:
-    """Q (4, 4) of accelerations with this standard deviation [m/s^2], constant during dt."""
-    return Q_discrete_white_noise(2, dt, acceleration**2, block_size=2, order_by_dim=False)
+def process_noise(dt: float, agility: float) -> Array:
+    """Q (4, 4) of white acceleration noise with the spectral density `agility` [m^2/s^3].
+
+    Noise drawn anew each cycle, as in the paper, would make objects the less agile the higher the
+    rate; this way their speed may change by sqrt(agility) in a second whatever dt.
+    """
+    return Q_continuous_white_noise(2, dt, agility, block_size=2, order_by_dim=False)
 
 
-def predict(x: Array, P: Array, dt: float, acceleration: float) -> tuple[Array, Array]:
+def predict(x: Array, P: Array, dt: float, agility: float) -> tuple[Array, Array]:
     """States (N, 4) and covariances (N, 4, 4), dt [s] later."""
     F = transition(dt)
-    return x @ F.T, F @ P @ F.T + process_noise(dt, acceleration)
+    return x @ F.T, F @ P @ F.T + process_noise(dt, agility)
 
 
 def move_frame(x: Array, P: Array, motion: Pose, drift: float) -> tuple[Array, Array]:

@@ -115,10 +115,12 @@ def _aligned(
     apparent = np.einsum("nij,nj->ni", trust, moved - found.displacement)
     size = 12.0 * np.trace(extents, axis1=2, axis2=3).max(axis=0)  # [m^2] of a line as long
     least = np.where(tracks.moving[known], parameters.alignment_size, parameters.body_size)
-    fits = (found.overlap >= parameters.alignment_overlap) & (size > least**2)
+    rigid = size > least**2
+    fits = rigid & (found.overlap >= parameters.alignment_overlap)
+    unaligned = np.where(rigid[:, None, None], noise, parameters.position_noise**2 * np.eye(2))
     return Sight(
         offset + np.where(fits[:, None], apparent, 0.0),
-        np.where(fits[:, None, None], noise - trust @ noise, noise),
+        np.where(fits[:, None, None], noise - trust @ noise, unaligned),
         ~fits | (fresh.points.lengths > GROWN * before.lengths),
     )
 

@@ -70,7 +70,7 @@ class TrackerParameters:
     splits: bool = True  # add parts of clusters (4.1)
     composite_overlap: float = 0.3  # share of a cluster's cells that a track covers
     split_overlap: float = 0.5  # share of a track's cells that a cluster covers
-    body_size: float = 0.8  # [m] diagonal of a cluster that may be one person's legs
+    body_size: float = 1.0  # [m] diagonal of a cluster that may be one person's legs
     fragment_age: float = 1.0  # [s] a younger track inside such a cluster of another is a leg of it
 
     gate: float = 9.2  # squared Mahalanobis distance, 99 % of a 2D normal distribution
@@ -82,9 +82,11 @@ class TrackerParameters:
     seniority: float = 4.0  # added to a track that would take its cluster from an older one's leg
     max_distance: float = 16.0  # of an association
 
-    acceleration: float = 1.5  # [m/s^2] standard deviation of the motion model's noise
-    position_noise: float = 0.07  # [m] standard deviation of a compact object's centroid
-    extent_scale: float = 0.56  # [m] standard deviation of an object whose centroid is as uncertain
+    agility: float = (
+        0.6  # [m^2/s^3] speed changes by the root of it in a second: noise of the model
+    )
+    position_noise: float = 0.12  # [m] standard deviation of a compact object's centroid
+    extent_scale: float = 0.33  # [m] standard deviation of an object whose centroid is as uncertain
     initial_speed: float = 0.7  # [m/s] standard deviation of a new track's velocity
     odometry_drift: float = 0.02  # [m/m] and [rad/rad] of ego-motion
 
@@ -95,7 +97,7 @@ class TrackerParameters:
     alignment_overlap: float = 0.8  # share of cells that must lie on each other
 
     moving_speed: float = 0.3  # [m/s] slower tracks are stationary (5)
-    moving_significance: float = 3.0  # squared Mahalanobis distance of the velocity from 0
+    moving_significance: float = 1.0  # squared Mahalanobis distance of the velocity from 0
     moving_distance: float = 0.4  # [m] a track must have left its place by
     moving_cycles: int = 10  # in a row before a track counts as moving; it stays so
 
@@ -129,7 +131,7 @@ class TrackerParameters:
         check_range("gate", self.gate, 0.1, 1000.0, "")
         check_range("max_distance", self.max_distance, 0.1, 1e4, "")
         check_range("height_scale", self.height_scale, 0.01, 10.0, "m")
-        check_range("acceleration", self.acceleration, 0.01, 100.0, "m/s^2")
+        check_range("agility", self.agility, 0.001, 100.0, "m^2/s^3")
         check_range("position_noise", self.position_noise, 0.001, 10.0, "m")
         check_range("extent_scale", self.extent_scale, 0.01, 1000.0, "m")
         check_range("initial_speed", self.initial_speed, 0.01, 50.0, "m/s")

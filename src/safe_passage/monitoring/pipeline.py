@@ -120,7 +120,7 @@ class ObstacleTracker:
         if self._last is None:
             return tracks
         before, from_pose = self._last
-        x, P = predict(tracks.x, tracks.P, stamp - before, self._p.acceleration)
+        x, P = predict(tracks.x, tracks.P, stamp - before, self._p.agility)
         motion = compose(inverse(from_pose), pose)
         x, P = move_frame(x, P, motion, self._p.odometry_drift)
         turn = rotation(-motion[2])

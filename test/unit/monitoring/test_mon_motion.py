@@ -45,9 +45,13 @@ def test_many_filters_at_once_agree_with_filterpy(seed, dt, acceleration, age):
         assert P2[i] == pytest.approx(one.P, rel=1e-9, abs=1e-9)
 
 
-def test_process_noise_is_that_of_a_constant_acceleration():
-    G = np.array([[0.5 * 0.1**2, 0.0], [0.0, 0.5 * 0.1**2], [0.1, 0.0], [0.0, 0.1]])
-    assert process_noise(0.1, 3.0) == pytest.approx(9.0 * G @ G.T)
+def test_speed_is_as_uncertain_after_a_second_whatever_the_rate():
+    for steps in (1, 10, 40):
+        P = np.zeros((1, 4, 4))
+        for _ in range(steps):
+            _, P = predict(np.zeros((1, 4)), P, 1.0 / steps, 0.6)
+        assert P[0, 2, 2] == pytest.approx(0.6)
+        assert P[0, 0, 0] == pytest.approx(0.6 / 3.0)
 
 
 @given(*[st.tuples(*[st.floats(-3, 3)] * 3)] * 2)

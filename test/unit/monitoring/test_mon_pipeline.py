@@ -103,7 +103,7 @@ def test_nothing_moves_but_the_robot(motion):
     tracks = run.last.tracks
     assert not tracks.moving.any()
     assert set(tracks.id) == set(first.tracks.id)
-    assert np.hypot(*tracks.velocity.T).max() < 0.15
+    assert np.hypot(*tracks.velocity.T).max() < P.moving_speed
 
 
 def test_a_table_half_of_which_disappears_does_not_move():
