@@ -11,6 +11,7 @@ import rospy
 import rostest
 from nav_msgs.msg import OccupancyGrid
 from node_testing import Diagnostics, output_of_refusal, wait_until
+from rosgraph_msgs.msg import Log
 from safe_passage.core.geometry import placed
 from safe_passage.msg import TrackedObstacle, TrackedObstacleArray
 from sensor_msgs import point_cloud2
@@ -27,10 +28,11 @@ class ObstacleTrackerTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.news = threading.Condition()
-        cls.tracks, cls.order, cls.latest = {}, [], {}
+        cls.tracks, cls.order, cls.latest, cls.logs = {}, [], {}, []
         cls.diagnostics = Diagnostics("robot1/obstacle_tracker", cls.news)
         cls.world = World()
         rospy.Subscriber("tracks", TrackedObstacleArray, cls.on_tracks)
+        rospy.Subscriber("/rosout", Log, lambda log: cls.logs.append(log.msg))
         pictures = {"grid": OccupancyGrid, "cells": PointCloud2, "markers": MarkerArray}
         for name, kind in pictures.items():
             rospy.Subscriber(f"obstacle_tracker/{name}", kind, cls.keep, callback_args=name)
@@ -138,23 +140,28 @@ class ObstacleTrackerTest(unittest.TestCase):
             array = self.see()
         self.assertFalse([o.id for o in array.obstacles if o.moving])
         wall = max(array.obstacles, key=lambda o: len(o.cells_x))
-        self.assertLess(np.hypot(wall.velocity.x, wall.velocity.y), 0.3)
         in_odom = cells_in_odom(wall, self.world.pose_after(self.world.since(array.header.stamp)))
         self.assertLess(np.abs(in_odom[:, 1] - WALL[0][1]).max(), 0.15)
-        outline = [(p.x, p.y) for p in wall.footprint.points]
-        self.assertGreaterEqual(len(outline), 4)
+        self.assertGreaterEqual(len(wall.footprint.points), 4)
 
     def test_4_every_cell_can_be_looked_at(self):
         known = {o.id for array in self.walk(-0.8, 0.8) for o in array.obstacles}
-        self.wait(lambda: set(self.latest) == {"grid", "cells", "markers"}, "all", self.see)
-        grid = self.latest["grid"]
+        seen = {}
+
+        def complete():  # of one cycle
+            seen.update(self.latest)
+            stamps = {seen[name].header.stamp for name in ("grid", "cells") if name in seen}
+            return len(seen) == 3 and len(stamps) == 1
+
+        self.wait(complete, "pictures", self.see)
+        grid = seen["grid"]
         self.assertEqual((grid.header.frame_id, grid.info.width), (BASE, grid.info.height))
         self.assertEqual(set(grid.data), {-1, 100})
-        cells = list(point_cloud2.read_points(self.latest["cells"], ("points", "id")))
+        cells = list(point_cloud2.read_points(seen["cells"], ("points", "id")))
         self.assertEqual(len(cells), grid.data.count(100))
         self.assertTrue({int(number) for _, number in cells} & known)
         self.assertTrue(all(points > 0 for points, _ in cells))
-        markers = self.latest["markers"].markers
+        markers = seen["markers"].markers
         self.assertEqual(markers[0].action, Marker.DELETEALL)
         names = {marker.ns for marker in markers[1:]}
         self.assertLessEqual({"standing", "moving", "path", "field of view", "robot"}, names)
@@ -162,43 +169,28 @@ class ObstacleTrackerTest(unittest.TestCase):
         self.assertTrue(all(m.lifetime.to_sec() > 0 for m in markers[1:]))
 
     def test_5_bad_messages_are_dropped_with_a_reason_and_the_others_go_on(self):
-        def nan(message):
-            message.ranges = [math.nan] * BEAMS
+        def no_z(cloud):
+            cloud.fields = cloud.fields[:2]
 
-        def empty(message):
-            message.ranges = []
+        def truncated(cloud):
+            cloud.data = cloud.data[:-1]
 
-        def no_points(message):
-            message.width, message.row_step, message.data = 0, 0, b""
+        def wrong_frame(scan):
+            scan.header.frame_id = "no_such_frame"
 
-        def no_z(message):
-            message.fields = message.fields[:2]
+        def no_frame(scan):
+            scan.header.frame_id = ""
 
-        def truncated(message):
-            message.data = message.data[:-1]
-
-        def wrong_frame(message):
-            message.header.frame_id = "no_such_frame"
-
-        def no_frame(message):
-            message.header.frame_id = ""
-
-        def no_angles(message):
-            message.angle_increment = math.nan
-
-        def as_it_is(_):
-            pass
-
-        self.assert_dropped("NOT_FINITE", FRONT, nan)
-        self.assert_dropped("EMPTY", FRONT, empty)
-        self.assert_dropped("BAD_FIELDS", FRONT, no_angles)
+        self.assert_dropped("NOT_FINITE", FRONT, spoilt(ranges=[math.nan] * BEAMS))
+        self.assert_dropped("EMPTY", FRONT, spoilt(ranges=[]))
+        self.assert_dropped("BAD_FIELDS", FRONT, spoilt(angle_increment=math.nan))
         self.assert_dropped("NO_TF", FRONT, wrong_frame)
         self.assert_dropped("BAD_FIELDS", REAR, no_frame)
-        self.assert_dropped("STALE", REAR, as_it_is, age=5.0)
-        self.assert_dropped("FUTURE", REAR, as_it_is, age=-5.0)
+        self.assert_dropped("STALE", REAR, spoilt(), age=5.0)
+        self.assert_dropped("FUTURE", REAR, spoilt(), age=-5.0)
         self.see()
-        self.assert_dropped("OUT_OF_ORDER", REAR, as_it_is, age=0.3)
-        self.assert_dropped("EMPTY", CAMERA, no_points)
+        self.assert_dropped("OUT_OF_ORDER", REAR, spoilt(), age=0.3)
+        self.assert_dropped("EMPTY", CAMERA, spoilt(width=0, row_step=0, data=b""))
         self.assert_dropped("BAD_FIELDS", CAMERA, no_z)
         self.assert_dropped("BAD_FIELDS", CAMERA, truncated)
 
@@ -227,7 +219,10 @@ class ObstacleTrackerTest(unittest.TestCase):
         self.assertEqual(self.diagnostics.level(), 2)
         self.assertNotIn(REAR, self.diagnostics.message())
         self.assertTrue(self.newest().obstacles)
+        self.wait(lambda: silent in self.logs, f"log of {silent}", lambda: self.see(topics=others))
         self.wait_alive()
+        back = f"/robot1/{FRONT} is back"
+        self.wait(lambda: back in self.logs, f"log of {back}", self.see)
 
     def test_6_nothing_is_published_when_all_are_silent(self):
         self.see()
@@ -280,6 +275,16 @@ class ObstacleTrackerTest(unittest.TestCase):
             output = output_of_refusal("obstacle_tracker", *arguments, f"__name:=refused_{i}")
             self.assertIn(said, output)
             self.assertIn(f"/robot1/refused_{i}/", output)
+
+
+def spoilt(**values):
+    """What makes a message have these values."""
+
+    def spoil(message):
+        for name, value in values.items():
+            setattr(message, name, value)
+
+    return spoil
 
 
 def distance(obstacle, place):
