@@ -10,6 +10,7 @@ import contextlib
 import cProfile
 import os
 import pstats
+import re
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -101,8 +102,8 @@ def memory_growth(seconds: float, objects: int, rate: float, seed: int) -> float
 
 def resident_mb() -> float:
     """[MB] of memory that this process holds."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+    rollup = Path("/proc/self/smaps_rollup").read_text()  # exact, unlike statm
+    return int(re.search(r"^Rss:\s+(\d+) kB", rollup, re.MULTILINE)[1]) / 1e3  # type: ignore[index]
 
 
 def peer_cost(name: str, objects: int, cycles: int, seed: int) -> Cost:

@@ -16,7 +16,7 @@ from safe_passage.simulation.robots import make_robot
 from safe_passage.simulation.worlds import make_world
 
 BIN = 5.0  # [m] of distance
-SETTLE = 1.0  # [s] from a recording's beginning until a track can be expected
+SETTLE = 2.0  # [s] from a recording's beginning until a track can be expected
 ENOUGH = 0.9  # share of cycles in which people at a distance must be tracked
 YARD: Mapping[str, Any] = {
     "name": "loading yard",

@@ -32,8 +32,8 @@ def told(x: float, moving: bool) -> Told:
 def test_range_ends_where_people_are_lost(scenario):
     recording = walking_away(scenario, 20)
     bins = l3.recall_by_distance(recording, [told(t + 0.5, t < 13) for t in range(20)])
-    # the first second does not count, the third bin is only tracked to 13 m
-    assert bins == [(5.0, 3, 3), (10.0, 5, 5), (15.0, 5, 3), (20.0, 5, 0)]
+    # the first two seconds do not count, the third bin is only tracked to 13 m
+    assert bins == [(5.0, 2, 2), (10.0, 5, 5), (15.0, 5, 3), (20.0, 5, 0)]
     assert l3.tracked_range(bins) == 10.0
 
 
