@@ -184,12 +184,15 @@ class StoneSoup:
 
 
 class MovingRule:
-    """Ours: fast, surely so, away from where it began, some cycles in a row; it stays so."""
+    """Ours: fast, surely so, away from where it began, for some time; it stays so.
 
-    def __init__(self, parameters: TrackerParameters) -> None:
-        self._p = parameters
+    period: [s] of cycles.
+    """
+
+    def __init__(self, parameters: TrackerParameters, period: float) -> None:
+        self._p, self._period = parameters, period
         self._origin: dict[int, np.ndarray] = {}
-        self._fast: dict[int, int] = {}
+        self._fast: dict[int, float] = {}
         self._moving: set[int] = set()
 
     def moves(self, track: Held) -> bool:
@@ -200,8 +203,8 @@ class MovingRule:
             and track.significance > self._p.moving_significance
             and np.hypot(*(track.position - origin)) > self._p.moving_distance
         )
-        self._fast[track.id] = self._fast.get(track.id, 0) + 1 if fast else 0
-        if self._fast[track.id] >= self._p.moving_cycles:
+        self._fast[track.id] = self._fast.get(track.id, 0.0) + self._period if fast else 0.0
+        if self._fast[track.id] >= self._p.moving_time:
             self._moving.add(track.id)
         return track.id in self._moving
 
@@ -210,15 +213,14 @@ def make_peer(name: str, parameters: TrackerParameters, period: float) -> Peer:
     """norfair or stonesoup."""
     if name == "norfair":
         return Norfair(period)
-    keep = parameters.max_unobserved_cycles * period
-    return StoneSoup(parameters.initial_speed, keep)
+    return StoneSoup(parameters.initial_speed, parameters.max_unobserved)
 
 
 def follow_with(name: str, recording: Recording, parameters: TrackerParameters) -> list[Told]:
     """Run a peer over a recording."""
     period = float(np.median(np.diff(recording.stamps)))
     detector, peer = Detector(parameters), make_peer(name, parameters, period)
-    rule = MovingRule(parameters)
+    rule = MovingRule(parameters, period)
     cycles = []
     for stamp, pose, measured in zip(
         recording.stamps, recording.poses, measurements(recording, parameters)

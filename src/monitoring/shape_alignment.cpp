@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <unordered_map>
 
 namespace safe_passage::monitoring {
 
@@ -60,26 +61,54 @@ void ShapeAligner::paint(const Points& object) {
     most_.resize(cells, 0);
     weight_.resize(cells * kFine * kFine, 0);
   }
+  for (const Eigen::Vector2d& point : joined(object)) paint(point);
+}
+
+// The points, and between those of neighbouring cells three more, so that a wall is the same all
+// along: where in its cell a point lies follows the robot, not the wall.
+Points ShapeAligner::joined(const Points& object) const {
+  std::unordered_map<int, std::vector<int>> bins;
+  const auto bin = [this](const Eigen::Vector2d& point) {
+    const Eigen::Vector2d at = (point - origin_) / cell_;
+    return static_cast<int>(at.y()) * width_ + static_cast<int>(at.x());
+  };
+  Points all = object;
+  for (std::size_t i = 0; i < object.size(); ++i) {
+    const int own = bin(object[i]);
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const auto found = bins.find(own + dy * width_ + dx);
+        if (found == bins.end()) continue;
+        for (const int other : found->second)
+          for (int part = 1; part < kFine; ++part)
+            all.push_back(object[i] +
+                          (object[static_cast<std::size_t>(other)] - object[i]) * part / kFine);
+      }
+    }
+    bins[own].push_back(static_cast<int>(i));
+  }
+  return all;
+}
+
+void ShapeAligner::paint(const Eigen::Vector2d& point) {
   const int row = width_ * kFine;
-  for (const Eigen::Vector2d& point : object) {
-    const Eigen::Vector2d at = (point - origin_) / fine_;
-    const int first_x = static_cast<int>(std::floor(at.x())) - kFine;
-    const int first_y = static_cast<int>(std::floor(at.y())) - kFine;
-    for (int y = first_y; y <= first_y + 2 * kFine; ++y) {
-      for (int x = first_x; x <= first_x + 2 * kFine; ++x) {
-        const double distance = std::hypot(x + 0.5 - at.x(), y + 0.5 - at.y()) / kFine;
-        const auto value = static_cast<std::uint8_t>(std::max(0.0, kFull * (1.0 - distance)));
-        std::uint8_t& weight = weight_[static_cast<std::size_t>(y * row + x)];
-        if (value <= weight) continue;
-        if (weight == 0) painted_.push_back(y * row + x);
-        weight = value;
-        // cell c looks at the quarter cells 4 c to 4 c + 6
-        for (int cy = (y - 3) / kFine; cy <= y / kFine; ++cy) {
-          for (int cx = (x - 3) / kFine; cx <= x / kFine; ++cx) {
-            std::uint8_t& most = most_[static_cast<std::size_t>(cy * width_ + cx)];
-            if (most == 0) marked_.push_back(cy * width_ + cx);
-            most = std::max(most, value);
-          }
+  const Eigen::Vector2d at = (point - origin_) / fine_;
+  const int first_x = static_cast<int>(std::floor(at.x())) - kFine;
+  const int first_y = static_cast<int>(std::floor(at.y())) - kFine;
+  for (int y = first_y; y <= first_y + 2 * kFine; ++y) {
+    for (int x = first_x; x <= first_x + 2 * kFine; ++x) {
+      const double distance = std::hypot(x + 0.5 - at.x(), y + 0.5 - at.y()) / kFine;
+      const auto value = static_cast<std::uint8_t>(std::max(0.0, kFull * (1.0 - distance)));
+      std::uint8_t& weight = weight_[static_cast<std::size_t>(y * row + x)];
+      if (value <= weight) continue;
+      if (weight == 0) painted_.push_back(y * row + x);
+      weight = value;
+      // cell c looks at the quarter cells 4 c to 4 c + 6
+      for (int cy = (y - 3) / kFine; cy <= y / kFine; ++cy) {
+        for (int cx = (x - 3) / kFine; cx <= x / kFine; ++cx) {
+          std::uint8_t& most = most_[static_cast<std::size_t>(cy * width_ + cx)];
+          if (most == 0) marked_.push_back(cy * width_ + cx);
+          most = std::max(most, value);
         }
       }
     }
@@ -95,6 +124,7 @@ void ShapeAligner::wipe() {
 
 void ShapeAligner::place(const Points& hypothesis) {
   placed_.clear();
+  stay_ = kFull * static_cast<int>(hypothesis.size()) / (10 * kFine * kFine);
   for (const Eigen::Vector2d& point : hypothesis) {
     const Eigen::Vector2d at = (point - origin_) / fine_;
     placed_.push_back({static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y()))});
@@ -134,7 +164,7 @@ ShapeAligner::Found ShapeAligner::branch_and_bound() const {
   for (int y = -reach_; y <= reach_; y += kFine)
     for (int x = -reach_; x <= reach_; x += kFine)
       boxes.push_back({{x, y}, bound({x, y}), Step{shortest(x), shortest(y)}.squared()});
-  for (Box& box : boxes) box.bound -= kStay * box.nearest;
+  for (Box& box : boxes) box.bound -= stay_ * box.nearest;
   std::sort(boxes.begin(), boxes.end(), [](const Box& a, const Box& b) {
     return a.bound != b.bound ? a.bound > b.bound : a.nearest < b.nearest;
   });
@@ -166,15 +196,18 @@ Alignment ShapeAligner::describe(const Found& found, std::size_t smaller) const 
     result.information.setZero();
     return result;
   }
-  // at the end of a thin line a cell may come and go with the view: that is no loss
-  const auto loss = [&](int x, int y) {
-    const Step there{found.step.x + kFine * x, found.step.y + kFine * y};
-    const Step back{found.step.x - kFine * x, found.step.y - kFine * y};
+  // By half a cell each way; the loss grows with the distance, its square with the square. At the
+  // end of a thin line a cell may come and go with the view: that is no loss.
+  const auto squared_loss = [&](int x, int y) {
+    const int half = kFine / 2;
+    const Step there{found.step.x + half * x, found.step.y + half * y};
+    const Step back{found.step.x - half * x, found.step.y - half * y};
     const double mean = 0.5 * (score(there) + score(back));
-    return std::max(0.0, (full - mean) / kFull - 1.0);
+    const double cells = 2.0 * std::max(0.0, (full - mean) / kFull - 0.5);
+    return cells * cells / static_cast<double>(placed_.size());
   };
-  const double cross = 0.25 * (loss(1, 1) - loss(1, -1));
-  result.information << loss(1, 0), cross, cross, loss(0, 1);
+  const double cross = 0.25 * (squared_loss(1, 1) - squared_loss(1, -1));
+  result.information << squared_loss(1, 0), cross, cross, squared_loss(0, 1);
   return result;
 }
 

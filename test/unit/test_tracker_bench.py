@@ -47,13 +47,13 @@ def test_peers_follow_one_who_walks(name):
 
 def test_moving_is_latched():
     p = parameters()
-    rule = MovingRule(p)
+    rule = MovingRule(p, 0.1)
 
     def at(x: float, speed: float) -> bool:
         return rule.moves(Held(1, np.array([x, 0.0]), np.array([speed, 0.0]), 1e3, 0.0))
 
     assert not any(at(0.0, 1.0) for _ in range(10))  # fast, but where it was
-    assert [at(1.0, 1.0) for _ in range(p.moving_cycles)][-1]
+    assert [at(1.0, 1.0) for _ in range(round(p.moving_time / 0.1) + 1)][-1]
     assert at(1.0, 0.0)
 
 

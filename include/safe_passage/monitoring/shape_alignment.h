@@ -20,14 +20,13 @@ struct Alignment {
 // Branch and bound over displacements on a grid of a quarter cell. A point of the hypothesis counts
 // by its distance to the nearest point of the object: 1 on it, 0 a cell away and beyond, so that
 // shapes are compared more finely than by whole cells. Boxes of 4 x 4 displacements are bounded by
-// the best that each point could do in them. A displacement by a cell must win half a cell of overlap,
-// in proportion to its square: along a wall all are nearly equal, and noise must not choose.
+// the best that each point could do in them. A displacement by a cell must win a tenth of the
+// overlap, and in proportion to its square: along a wall all are nearly equal, and the end of what
+// is in view must not choose.
 class ShapeAligner {
  public:
   static constexpr int kFine = 4;    // displacements a cell
   static constexpr int kFull = 200;  // weight of a point that lies on the other
-  static constexpr int kStay =
-      kFull / (2 * kFine * kFine);  // cost of a displacement, times its square
 
   // cell: [m] size of a grid cell; reach: [m] largest displacement along each axis, in whole cells.
   ShapeAligner(double cell, double reach);
@@ -49,10 +48,12 @@ class ShapeAligner {
   };
 
   void paint(const Points& object);
+  void paint(const Eigen::Vector2d& point);
+  Points joined(const Points& object) const;
   void wipe();
   void place(const Points& hypothesis);
   int score(Step step) const;
-  int value(Step step) const { return score(step) - kStay * step.squared(); }
+  int value(Step step) const { return score(step) - stay_ * step.squared(); }
   int bound(Step corner) const;
   Found branch_and_bound() const;
   Found try_all() const;
@@ -66,6 +67,7 @@ class ShapeAligner {
   std::vector<std::uint8_t> most_;    // of each cell: most in the quarter cells from its first on
   std::vector<int> painted_;          // quarter cells that are not 0
   std::vector<int> marked_;           // cells that are not 0
+  int stay_ = 0;                      // cost of a displacement, times its square
   std::vector<Step> placed_;          // quarter cells of the hypothesis
 };
 

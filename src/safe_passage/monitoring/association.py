@@ -12,7 +12,7 @@ from safe_passage.monitoring.tracks import Tracks, centroid_noise
 
 NEIGHBOURHOOD = 0.8  # [m] within which pairs are looked at; overlapping ones at any distance
 STANDING = 0.5  # [m] the same for tracks that never moved, or have not been seen for
-RECENT = 5  # cycles: a walker turns on the spot, but who is hidden for long could be anywhere
+RECENT = 0.4  # [s] a walker turns on the spot, but who is hidden for long could be anywhere
 
 
 def associate(
@@ -32,7 +32,7 @@ def associate(
     h, t = pairs.T
     squared = _squared_distance(features, tracks, h, t, parameters)
     away = np.hypot(*(features.position[h] - tracks.position[t]).T)
-    agile = tracks.moving & (tracks.misses <= RECENT)
+    agile = tracks.moving & (tracks.unseen <= RECENT)
     near = overlap | ((squared <= parameters.gate) & (agile[t] | (away <= STANDING)))
     h, t, squared = h[near], t[near], np.minimum(squared[near], parameters.gate)
     total = squared + feature_distance(features, tracks, h, t, three_dimensional, parameters)

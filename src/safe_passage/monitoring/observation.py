@@ -67,8 +67,7 @@ def observe(
     _store(shapes, known, points, x[:, :2] - age[:, None] * x[:, 2:], whole, pose)
     was_at = x[:, :2] - fresh.age[:, None] * x[:, 2:]
     _store(references, known, fresh.points, was_at, whole & sight.renew, pose)
-    misses = tracks.misses + 1
-    misses[known] = 0
+    zero = np.zeros(len(seen), np.int64)
     height = features.height[seen]
     return tracks.with_(
         x=_replaced(tracks.x, known, x),
@@ -81,7 +80,8 @@ def observe(
             tracks.height, known, np.where(np.isfinite(height), height, tracks.height[known])
         ),
         hits=_replaced(tracks.hits, known, tracks.hits[known] + 1),
-        misses=misses,
+        misses=_replaced(tracks.misses + 1, known, zero),
+        unseen=_replaced(tracks.unseen, known, zero),
         shapes=shapes,
         references=references,
     )
@@ -154,10 +154,10 @@ def _replaced(values: np.ndarray, at: np.ndarray, by: np.ndarray) -> np.ndarray:
     return changed
 
 
-def classify(tracks: Tracks, known: np.ndarray, parameters: TrackerParameters) -> Tracks:
+def classify(tracks: Tracks, known: np.ndarray, dt: float, parameters: TrackerParameters) -> Tracks:
     """Whether the tracks `known` (M,) move: fast, significantly so, and away from their origin.
 
-    Once a track moves it stays moving (paper 000, section 5).
+    Once a track moves it stays moving (paper 000, section 5). dt: [s] since the last cycle.
     """
     velocity = tracks.velocity[known]
     way = tracks.x[known, :2] - tracks.origin[known]
@@ -168,5 +168,5 @@ def classify(tracks: Tracks, known: np.ndarray, parameters: TrackerParameters) -
         & (np.hypot(*way.T) > parameters.moving_distance)
         & (tracks.cells[known] > 1)  # a single cell flickers between one thing and the next
     )
-    counter = _replaced(tracks.fast, known, np.where(fast, tracks.fast[known] + 1, 0))
-    return tracks.with_(fast=counter, moving=tracks.moving | (counter >= parameters.moving_cycles))
+    during = _replaced(tracks.fast, known, np.where(fast, tracks.fast[known] + dt, 0.0))
+    return tracks.with_(fast=during, moving=tracks.moving | (during >= parameters.moving_time))

@@ -99,9 +99,9 @@ class TrackerParameters:
     moving_speed: float = 0.3  # [m/s] slower tracks are stationary (5)
     moving_significance: float = 1.0  # squared Mahalanobis distance of the velocity from 0
     moving_distance: float = 0.4  # [m] a track must have left its place by
-    moving_cycles: int = 10  # in a row before a track counts as moving; it stays so
+    moving_time: float = 0.8  # [s] without a break before a track counts as moving; it stays so
 
-    max_unobserved_cycles: int = 30  # after which an unobserved track ends
+    max_unobserved: float = 2.4  # [s] after which an unobserved track ends
     confirm_cycles: int = 3  # observations before a track is published
 
     def __post_init__(self) -> None:
@@ -142,6 +142,6 @@ class TrackerParameters:
         check_range("moving_speed", self.moving_speed, 0.0, 50.0, "m/s")
         check_range("moving_significance", self.moving_significance, 0.0, 1e4, "")
         check_range("moving_distance", self.moving_distance, 0.0, 10.0, "m")
-        check_range("moving_cycles", self.moving_cycles, 1, 1000, "cycles")
-        check_range("max_unobserved_cycles", self.max_unobserved_cycles, 0, 10000, "cycles")
+        check_range("moving_time", self.moving_time, 0.0, 60.0, "s")
+        check_range("max_unobserved", self.max_unobserved, 0.0, 600.0, "s")
         check_range("confirm_cycles", self.confirm_cycles, 1, 1000, "cycles")

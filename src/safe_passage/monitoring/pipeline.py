@@ -74,7 +74,7 @@ class ObstacleTracker:
         hypotheses = propose(grid, clusters, shapes, self._rules(tracks, established))
         seen, known = associate(hypotheses, tracks, established, self._three_dimensional, self._p)
         tracks = observe(tracks, grid, hypotheses, (seen, known), pose, self._aligner, self._p)
-        tracks = classify(tracks, known, self._p)
+        tracks = classify(tracks, known, self._elapsed(stamp), self._p)
         tracks = self._drop_lost(tracks, hypotheses, seen, known, established)
         tracks = self._start_new(tracks, grid, hypotheses, seen, stamp, pose)
         self._tracks, self._last = tracks, (stamp, pose)
@@ -98,6 +98,10 @@ class ObstacleTracker:
         pairs = zip(tracks.shapes, tracks.references, stands)
         return [reference if still else shape for shape, reference, still in pairs]
 
+    def _elapsed(self, stamp: float) -> float:
+        """[s] since the last cycle."""
+        return stamp - self._last[0] if self._last else 0.0
+
     def _rules(self, tracks: Tracks, established: np.ndarray) -> Rules:
         p = self._p
         return Rules(
@@ -119,14 +123,15 @@ class ObstacleTracker:
         tracks = self._tracks
         if self._last is None:
             return tracks
-        before, from_pose = self._last
-        x, P = predict(tracks.x, tracks.P, stamp - before, self._p.agility)
+        dt, from_pose = self._elapsed(stamp), self._last[1]
+        x, P = predict(tracks.x, tracks.P, dt, self._p.agility)
         motion = compose(inverse(from_pose), pose)
         x, P = move_frame(x, P, motion, self._p.odometry_drift)
         turn = rotation(-motion[2])
         origin = (tracks.origin - motion[:2]) @ turn.T
         extent = turn @ tracks.extent @ turn.T
-        return tracks.with_(x=x, P=P, origin=origin, extent=extent, offset=tracks.offset @ turn.T)
+        offset, unseen = tracks.offset @ turn.T, tracks.unseen + dt
+        return tracks.with_(x=x, P=P, origin=origin, extent=extent, offset=offset, unseen=unseen)
 
     def _drop_lost(
         self,
@@ -137,7 +142,7 @@ class ObstacleTracker:
         established: np.ndarray,
     ) -> Tracks:
         """Without those not seen for too long, and without legs that turn out to be a person's."""
-        keep = tracks.misses <= np.minimum(tracks.hits, self._p.max_unobserved_cycles)
+        keep = (tracks.unseen <= self._p.max_unobserved) & (tracks.misses <= tracks.hits)
         used = {atom for h in seen.tolist() for atom in hypotheses.atoms[h]}
         for track, whole in hypotheses.fallen.tolist():
             if whole in used and not established[track]:

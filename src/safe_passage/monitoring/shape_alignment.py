@@ -12,7 +12,7 @@ import numpy as np
 from safe_passage._monitoring import ShapeAligner
 from safe_passage.monitoring.ragged import Ragged
 
-LEAST = 0.2  # [cells] of the information, along a wall
+LEAST = 0.05  # [cells] of the information, along a wall
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,8 @@ class Tracks:
     born: np.ndarray  # (N,) [s]
     hits: np.ndarray  # (N,) cycles with an observation
     misses: np.ndarray  # (N,) cycles since the last
-    fast: np.ndarray  # (N,) cycles in a row that looked like motion
+    unseen: np.ndarray  # (N,) [s] since the last
+    fast: np.ndarray  # (N,) [s] that it has looked like motion without a break
     moving: np.ndarray  # (N,) bool, latched
     shapes: list[np.ndarray]  # N of (M, 2) [m] from the point to the cells, axes of the odometry
     references: list[np.ndarray]  # the same when the point was fixed, for shape alignment
@@ -101,7 +102,8 @@ def new_tracks(
         np.full(count, stamp),
         zero + 1,
         zero,
-        zero,
+        np.zeros(count),
+        np.zeros(count),
         np.zeros(count, bool),
         shapes,
         shapes,
