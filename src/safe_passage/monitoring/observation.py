@@ -16,6 +16,7 @@ from safe_passage.monitoring.ragged import Ragged, moments
 from safe_passage.monitoring.shape_alignment import align
 from safe_passage.monitoring.tracks import Tracks, centroid_noise, placed_shapes
 
+LEAK = 0.5  # a gait makes speed swing: so fast fades what looked like motion when it does not
 GROWN = 1.5  # times the cells of its reference: more of the object is seen now
 
 
@@ -168,5 +169,7 @@ def classify(tracks: Tracks, known: np.ndarray, dt: float, parameters: TrackerPa
         & (np.hypot(*way.T) > parameters.moving_distance)
         & (tracks.cells[known] > 1)  # a single cell flickers between one thing and the next
     )
-    during = _replaced(tracks.fast, known, np.where(fast, tracks.fast[known] + dt, 0.0))
+    during = _replaced(
+        tracks.fast, known, np.maximum(tracks.fast[known] + np.where(fast, dt, -LEAK * dt), 0.0)
+    )
     return tracks.with_(fast=during, moving=tracks.moving | (during >= parameters.moving_time))
