@@ -43,6 +43,19 @@ class Block:
         return np.array([self.x, self.y]) + signs * half @ rotation(self.yaw).T
 
 
+@dataclass(frozen=True)
+class Placed:
+    """An element with a place on the floor."""
+
+    x: float  # [m]
+    y: float  # [m]
+    yaw: float = 0.0  # [rad]
+
+    @property
+    def place(self) -> Pose:
+        return self.x, self.y, self.yaw
+
+
 @dataclass
 class Hall:
     """What elements of the yaml are built into."""

@@ -10,16 +10,13 @@ import numpy as np
 from safe_passage.core.errors import ParameterError
 from safe_passage.core.geometry import Pose, rotation
 from safe_passage.core.parameters import check_choice, check_range
-from safe_passage.simulation.blocks import MATERIALS, Hall
+from safe_passage.simulation.blocks import MATERIALS, Hall, Placed
 
 
 @dataclass(frozen=True)
-class RackElement:
+class RackElement(Placed):
     """A selective rack: bays side by side along its x, front at y = 0, back at +depth."""
 
-    x: float
-    y: float
-    yaw: float = 0.0
     bays: int = 4
     bay: float = 2.7  # [m] clear width of a bay
     depth: float = 1.1  # [m]
@@ -37,7 +34,7 @@ class RackElement:
             raise ParameterError("levels: one or more heights in m, ascending, from 0.2 m up")
 
     def build(self, hall: Hall) -> None:
-        post, place = 0.10, (self.x, self.y, self.yaw)
+        post, place = 0.10, self.place
         pitch = self.bay + post
         top = self.levels[-1] + 1.2
         for frame in range(self.bays + 1):
@@ -75,19 +72,16 @@ class RackElement:
 
 
 @dataclass(frozen=True)
-class PalletElement:
+class PalletElement(Placed):
     """A loaded euro pallet on the floor, its middle at x, y; +x is along its long side."""
 
-    x: float
-    y: float
-    yaw: float = 0.0
     goods: float = 1.0  # [m] most that is stacked on it, 0: empty
 
     def __post_init__(self) -> None:
         check_range("goods", self.goods, 0.0, 10.0, "m")
 
     def build(self, hall: Hall) -> None:
-        pose = (self.x, self.y, self.yaw)
+        pose = self.place
         _pallet(hall, pose, 0.0, full=True)
         if self.goods > 0.0:
             _goods(hall, pose, 0.144, most=self.goods)
@@ -95,12 +89,9 @@ class PalletElement:
 
 
 @dataclass(frozen=True)
-class BoxElement:
+class BoxElement(Placed):
     """Any block, its middle at x, y."""
 
-    x: float
-    y: float
-    yaw: float = 0.0
     z: float = 0.0  # [m] lower face
     size: tuple[float, float, float] = (0.5, 0.5, 0.5)  # [m]
     material: str = "cardboard"
@@ -114,7 +105,7 @@ class BoxElement:
 
     def build(self, hall: Hall) -> None:
         low = (-0.5 * self.size[0], -0.5 * self.size[1], self.z)
-        hall.add((self.x, self.y, self.yaw), low, self.size, self.material, self.shade)
+        hall.add(self.place, low, self.size, self.material, self.shade)
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,13 @@ from typing import Any, Sequence
 
 from safe_passage.core.geometry import Pose
 from safe_passage.core.parameters import check_range
-from safe_passage.simulation.blocks import Hall
+from safe_passage.simulation.blocks import Hall, Placed
 
 
 @dataclass(frozen=True)
-class BenchElement:
+class BenchElement(Placed):
     """A work bench: a plate on four legs, tools on it."""
 
-    x: float
-    y: float
-    yaw: float = 0.0
     length: float = 1.8  # [m]
     depth: float = 0.8  # [m]
     height: float = 0.9  # [m]
@@ -25,7 +22,7 @@ class BenchElement:
         _check_size(self, ("length", "depth", "height"))
 
     def build(self, hall: Hall) -> None:
-        place = (self.x, self.y, self.yaw)
+        place = self.place
         a, b = 0.5 * self.length, 0.5 * self.depth
         hall.add(place, (-a, -b, self.height - 0.05), (2 * a, 2 * b, 0.05), "wood")
         for x in (-a + 0.02, a - 0.08):
@@ -35,12 +32,9 @@ class BenchElement:
 
 
 @dataclass(frozen=True)
-class CabinetElement:
+class CabinetElement(Placed):
     """A locked metal cabinet with two doors."""
 
-    x: float
-    y: float
-    yaw: float = 0.0
     width: float = 0.95  # [m]
     depth: float = 0.5  # [m]
     height: float = 1.95  # [m]
@@ -50,7 +44,7 @@ class CabinetElement:
         _check_size(self, ("width", "depth", "height"))
 
     def build(self, hall: Hall) -> None:
-        place = (self.x, self.y, self.yaw)
+        place = self.place
         a, b = 0.5 * self.width, 0.5 * self.depth
         size = (self.width, self.depth, self.height - 0.08)
         hall.add(
@@ -64,12 +58,9 @@ class CabinetElement:
 
 
 @dataclass(frozen=True)
-class ShelfElement:
+class ShelfElement(Placed):
     """An open shelf with bins and cartons on its boards."""
 
-    x: float
-    y: float
-    yaw: float = 0.0
     width: float = 1.2  # [m]
     depth: float = 0.45  # [m]
     height: float = 1.9  # [m]
@@ -80,7 +71,7 @@ class ShelfElement:
         check_range("boards", self.boards, 1, 20, "boards")
 
     def build(self, hall: Hall) -> None:
-        place, rng = (self.x, self.y, self.yaw), hall.rng
+        place, rng = self.place, hall.rng
         a, b = 0.5 * self.width, 0.5 * self.depth
         for x in (-a, a - 0.04):
             for y in (-b, b - 0.04):
@@ -101,12 +92,9 @@ class ShelfElement:
 
 
 @dataclass(frozen=True)
-class MachineElement:
+class MachineElement(Placed):
     """A milling machine: base, table, column, head and a panel to operate it."""
 
-    x: float
-    y: float
-    yaw: float = 0.0
     shade: float = 1.0
 
     def build(self, hall: Hall) -> None:
@@ -121,19 +109,15 @@ class MachineElement:
             ((0.25, -0.10, 1.40), (0.11, 0.06, 0.06), "metal", 0.5),
         )
         for low, size, material, shade in parts:
-            hall.add((self.x, self.y, self.yaw), low, size, material, shade * self.shade)
+            hall.add(self.place, low, size, material, shade * self.shade)
 
 
 @dataclass(frozen=True)
-class TrolleyElement:
+class TrolleyElement(Placed):
     """A tool trolley on wheels: a lidar near the floor sees little of it."""
 
-    x: float
-    y: float
-    yaw: float = 0.0
-
     def build(self, hall: Hall) -> None:
-        place = (self.x, self.y, self.yaw)
+        place = self.place
         for x in (-0.38, 0.32):
             for y in (-0.23, 0.19):
                 hall.add(place, (x, y, 0.0), (0.06, 0.04, 0.12), "metal", 0.3)
@@ -143,23 +127,20 @@ class TrolleyElement:
         hall.add(place, (-0.48, -0.20, 0.88), (0.03, 0.40, 0.03), "metal", 0.5)
         for y in (-0.20, 0.17):
             hall.add(place, (-0.48, y, 0.82), (0.14, 0.03, 0.06), "metal", 0.5)
-        _put_tools(hall, (self.x, self.y, self.yaw), (0.38, 0.23), 0.82)
+        _put_tools(hall, self.place, (0.38, 0.23), 0.82)
 
 
 @dataclass(frozen=True)
-class StoolElement:
+class StoolElement(Placed):
     """A stool: a column on a cross, a seat."""
 
-    x: float
-    y: float
-    yaw: float = 0.0
     height: float = 0.55  # [m]
 
     def __post_init__(self) -> None:
         _check_size(self, ("height",))
 
     def build(self, hall: Hall) -> None:
-        place = (self.x, self.y, self.yaw)
+        place = self.place
         hall.add(place, (-0.25, -0.03, 0.02), (0.5, 0.06, 0.05), "metal", 0.4)
         hall.add(place, (-0.03, -0.25, 0.02), (0.06, 0.5, 0.05), "metal", 0.4)
         hall.add(place, (-0.025, -0.025, 0.07), (0.05, 0.05, self.height - 0.11), "metal")
