@@ -19,7 +19,7 @@ class Measurement:
     source: str  # name of the sensor
     stamp: float  # [s]
     pose: Pose  # of base in the odometry's frame at the stamp
-    points: np.ndarray  # (N, 3) [m], frame base at the stamp
+    points: np.ndarray  # (N, 3) x, y, z [m], frame base at the stamp; a 4th column: 1 if shadowed
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,7 @@ class Points:
     """All sensors' points, frame base now."""
 
     xyz: np.ndarray  # (N, 3) float32 [m]
+    shadowed: np.ndarray  # (N,) bool: the object may go on behind a nearer one
     sensor: np.ndarray  # (N,) index of the source
     age: np.ndarray  # (N,) [s] since the point was measured
     fresh: np.ndarray  # (N,) bool: of the sensor's last measurement
@@ -62,8 +63,16 @@ class Aggregator:
         if not moved:
             empty = np.empty(0)
             nobody = empty.astype(np.int32)
-            return Points(np.empty((0, 3), np.float32), nobody, empty, empty.astype(bool))
-        return Points(*map(np.concatenate, (moved, sensors, ages, fresh)))
+            none = empty.astype(bool)
+            return Points(np.empty((0, 3), np.float32), none, nobody, empty, none)
+        points = np.concatenate(moved)
+        return Points(
+            points[:, :3],
+            points[:, 3] > 0.5,
+            np.concatenate(sensors),
+            np.concatenate(ages),
+            np.concatenate(fresh),
+        )
 
     def alive(self) -> tuple[str, ...]:
         """Sources whose measurements count at the last `points`."""
@@ -76,9 +85,10 @@ class Aggregator:
 
 
 def _seen_from(pose: Pose, measurement: Measurement) -> np.ndarray:
-    """The measurement's points (N, 3) float32 in the frame of base at `pose`."""
+    """The measurement's points (N, 4) float32 in the frame of base at `pose`."""
     x, y, yaw = compose(inverse(pose), measurement.pose)
-    points = measurement.points.astype(np.float32)  # a copy
+    points = np.zeros((len(measurement.points), 4), np.float32)
+    points[:, : measurement.points.shape[1]] = measurement.points
     turn, shift = rotation(yaw).T.astype(np.float32), np.array([x, y], np.float32)
     points[:, :2] = points[:, :2] @ turn + shift
     return points

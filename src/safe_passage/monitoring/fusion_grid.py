@@ -21,6 +21,7 @@ class FusionGrid:
     counts: np.ndarray  # (K, S) points of each sensor
     height: np.ndarray  # (K, 2) [m] lowest and highest point of 3D sensors, NaN: none saw it
     age: np.ndarray  # (K,) [s] mean of its points
+    shadowed: np.ndarray  # (K,) bool: the object may go on behind a nearer one
     fresh: np.ndarray  # (K, 3) mean x, y [m] and age [s] of its fresh points, NaN: it has none
     label: np.ndarray  # (side * side,) int32 scratch: index of the obstacle cell, -1: free
 
@@ -87,6 +88,7 @@ class Fusion:
             counts.reshape(count, sensors),
             _heights(at, xyz[:, 2], self._heights[sensor], count),
             mean[2],
+            np.bincount(at, points.shadowed[inside], minlength=count) > 0,
             np.stack(new, axis=1),
             self._label,
         )

@@ -32,6 +32,7 @@ class Features:
     counts: np.ndarray  # (H, S) points of each sensor
     height: np.ndarray  # (H, 2) [m] lowest and highest point, NaN: no 3D sensor saw it
     age: np.ndarray  # (H,) [s] mean age of the measurements
+    shadowed: np.ndarray  # (H,) bool: the object may go on behind a nearer one
 
 
 @dataclass(frozen=True)
@@ -115,7 +116,7 @@ def describe(grid: FusionGrid, cells: Ragged) -> Features:
     start = cells.start[:-1]
     if not count:
         empty = np.empty(0)
-        return Features(centre, extent, number, grid.counts[:0], grid.height[:0], empty)
+        return Features(centre, extent, number, grid.counts[:0], grid.height[:0], empty, empty > 0)
     counts = np.add.reduceat(grid.counts[at], start, axis=0)
     height = np.stack(
         [
@@ -125,7 +126,8 @@ def describe(grid: FusionGrid, cells: Ragged) -> Features:
         axis=1,
     )
     age = np.bincount(owner, grid.age[at], minlength=count) / number
-    return Features(centre, extent, number, counts, height, age)
+    shadowed = np.bincount(owner, grid.shadowed[at], minlength=count) > 0
+    return Features(centre, extent, number, counts, height, age, shadowed)
 
 
 def _sizes(grid: FusionGrid, clusters: np.ndarray, count: int) -> np.ndarray:

@@ -58,7 +58,8 @@ def observe(
     fresh = _fresh(grid, hypotheses, seen)
     position = features.position[seen]
     if parameters.alignment and len(seen):
-        sight = _aligned(tracks, known, points, fresh, age, pose, aligner, parameters)
+        hidden = features.shadowed[seen]
+        sight = _aligned(tracks, known, points, hidden, fresh, age, pose, aligner, parameters)
     else:
         noise = centroid_noise(features.extent[seen], parameters)
         sight = Sight(tracks.offset[known], noise, np.ones(len(seen), bool))
@@ -92,6 +93,7 @@ def _aligned(
     tracks: Tracks,
     known: np.ndarray,
     points: Ragged,
+    hidden: np.ndarray,
     fresh: Fresh,
     age: np.ndarray,
     pose: Pose,
@@ -118,7 +120,8 @@ def _aligned(
     least = np.where(tracks.moving[known], parameters.alignment_size, parameters.body_size)
     rigid = size > least**2
     fits = rigid & (found.overlap >= parameters.alignment_overlap)
-    unaligned = np.where(rigid[:, None, None], noise, parameters.position_noise**2 * np.eye(2))
+    compact = parameters.position_noise**2 * np.eye(2) + hidden[:, None, None] * extent
+    unaligned = np.where(rigid[:, None, None], noise, compact)
     return Sight(
         offset + np.where(fits[:, None], apparent, 0.0),
         np.where(fits[:, None, None], noise - trust @ noise, unaligned),
@@ -155,10 +158,17 @@ def _replaced(values: np.ndarray, at: np.ndarray, by: np.ndarray) -> np.ndarray:
     return changed
 
 
-def classify(tracks: Tracks, known: np.ndarray, dt: float, parameters: TrackerParameters) -> Tracks:
+def classify(
+    tracks: Tracks,
+    known: np.ndarray,
+    hidden: np.ndarray,
+    dt: float,
+    parameters: TrackerParameters,
+) -> Tracks:
     """Whether the tracks `known` (M,) move: fast, significantly so, and away from their origin.
 
-    Once a track moves it stays moving (paper 000, section 5). dt: [s] since the last cycle.
+    Once a track moves it stays moving (paper 000, section 5). Of what is partly
+    `hidden` (M,) nothing new is learnt. dt: [s] since the last cycle.
     """
     velocity = tracks.velocity[known]
     way = tracks.x[known, :2] - tracks.origin[known]
@@ -169,7 +179,10 @@ def classify(tracks: Tracks, known: np.ndarray, dt: float, parameters: TrackerPa
         & (np.hypot(*way.T) > parameters.moving_distance)
         & (tracks.cells[known] > 1)  # a single cell flickers between one thing and the next
     )
+    dt_seen = np.where(hidden, 0.0, dt)
     during = _replaced(
-        tracks.fast, known, np.maximum(tracks.fast[known] + np.where(fast, dt, -LEAK * dt), 0.0)
+        tracks.fast,
+        known,
+        np.maximum(tracks.fast[known] + dt_seen * np.where(fast, 1.0, -LEAK), 0.0),
     )
     return tracks.with_(fast=during, moving=tracks.moving | (during >= parameters.moving_time))

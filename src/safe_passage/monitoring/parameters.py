@@ -99,7 +99,7 @@ class TrackerParameters:
     moving_speed: float = 0.3  # [m/s] slower tracks are stationary (5)
     moving_significance: float = 1.0  # squared Mahalanobis distance of the velocity from 0
     moving_distance: float = 0.4  # [m] a track must have left its place by
-    moving_time: float = 0.8  # [s] without a break before a track counts as moving; it stays so
+    moving_time: float = 0.5  # [s] without a break before a track counts as moving; it stays so
 
     max_unobserved: float = 2.4  # [s] after which an unobserved track ends
     confirm_cycles: int = 3  # observations before a track is published

@@ -74,7 +74,8 @@ class ObstacleTracker:
         hypotheses = propose(grid, clusters, shapes, self._rules(tracks, established))
         seen, known = associate(hypotheses, tracks, established, self._three_dimensional, self._p)
         tracks = observe(tracks, grid, hypotheses, (seen, known), pose, self._aligner, self._p)
-        tracks = classify(tracks, known, self._elapsed(stamp), self._p)
+        hidden = hypotheses.features.shadowed[seen]
+        tracks = classify(tracks, known, hidden, self._elapsed(stamp), self._p)
         tracks = self._drop_lost(tracks, hypotheses, seen, known, established)
         tracks = self._start_new(tracks, grid, hypotheses, seen, stamp, pose)
         self._tracks, self._last = tracks, (stamp, pose)

@@ -8,6 +8,7 @@ import numpy as np
 
 from safe_passage.monitoring.parameters import SourceParameters
 
+SHADOW = 0.8  # [m] by which a thing must be nearer to hide another: one leg before the other is not
 FILL = 0.06  # [m] between the points put on a surface seen at a glancing angle
 OFF_LINE = 0.02  # [m] that a point may lie off a straight surface, besides a tenth of its distance
 
@@ -28,7 +29,7 @@ def scan_points(
         source: of the scan.
 
     Returns:
-        (M, 3) [m], frame base.
+        (M, 4) x, y, z [m], frame base, and 1 where the object may go on behind a nearer one.
     """
     ranges = np.asarray(ranges, float)
     angles = angle_min + angle_increment * np.arange(len(ranges))
@@ -39,9 +40,29 @@ def scan_points(
     if source.veil_angle > 0.0:
         valid &= ~veiling(ranges, angle_increment, source.veil_angle, source.veil_points)
     beams = np.where(valid, ranges, np.nan)[:, None] * np.stack([np.cos(angles), np.sin(angles)], 1)
-    flat = np.concatenate([beams[valid], between_beams(beams, source.glancing_gap)])
+    between = between_beams(beams, source.glancing_gap)
+    flat = np.concatenate([beams[valid], between])
     points = np.column_stack([flat, np.zeros(len(flat))])
-    return points @ T_base_laser[:3, :3].T + T_base_laser[:3, 3]
+    hidden = np.concatenate([shadowed(ranges, valid)[valid], np.zeros(len(between), bool)])
+    return np.column_stack([points @ T_base_laser[:3, :3].T + T_base_laser[:3, 3], hidden])
+
+
+def shadowed(ranges: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """Which points (N,) are the last that is seen of something: before a nearer thing hides the
+    rest, or at the end of the scan.
+
+    What moves there may be the shadow's edge, not the thing.
+
+    Args:
+        ranges: (N,) [m]. valid: (N,) which of them are points.
+    """
+    if not len(ranges):
+        return np.zeros(0, bool)
+    with np.errstate(invalid="ignore"):
+        r = np.where((ranges > 0.0) & np.isfinite(ranges), ranges, np.inf)
+    edge = np.concatenate([[0.0], r, [0.0]])  # beyond the scan everything is hidden
+    nearer = np.minimum(edge[:-2], edge[2:])
+    return valid & (nearer < r - SHADOW)
 
 
 def veiling(ranges: np.ndarray, increment: float, least: float, longest: int) -> np.ndarray:

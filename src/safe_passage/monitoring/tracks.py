@@ -120,6 +120,7 @@ def no_tracks(sensors: int) -> Tracks:
         np.empty((0, sensors), np.int64),
         np.empty((0, 2)),
         none,
+        none > 0,
     )
     return new_tracks(features, [], 1, 0.0, TrackerParameters())
 

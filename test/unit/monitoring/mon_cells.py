@@ -30,7 +30,7 @@ def grid_of(drawing: str, points_a_cell: int = 3) -> FusionGrid:
     xyz = np.column_stack([xy, np.zeros(len(xy))]).astype(np.float32)
     nothing = np.zeros(len(xyz))
     return Fusion(2.0, CELL, np.array([False])).fuse(
-        Points(xyz, nothing.astype(int), nothing, nothing == 0)
+        Points(xyz, nothing > 0, nothing.astype(int), nothing, nothing == 0)
     )
 
 

@@ -27,6 +27,7 @@ def features(positions, counts=(10, 0, 0), cells=4, top=np.nan, extent=0.01) -> 
         np.tile(np.array(counts), (n, 1)),
         np.tile(np.array([0.1, top]), (n, 1)),
         np.zeros(n),
+        np.zeros(n, bool),
     )
 
 

@@ -13,7 +13,7 @@ def points(xyz, sensor=None, age=None) -> Points:
     xyz = np.array(xyz, np.float32).reshape(-1, 3)
     sensor = np.zeros(len(xyz), int) if sensor is None else np.array(sensor)
     age = np.zeros(len(xyz)) if age is None else np.array(age)
-    return Points(xyz, sensor, age, age < 0.15)
+    return Points(xyz, age > 0.25, sensor, age, age < 0.15)
 
 
 def fusion(sensors=(False, True)) -> Fusion:
@@ -39,6 +39,7 @@ def test_a_cell_knows_its_points():
     assert grid.density == pytest.approx([100.0, 300.0])
     assert grid.fresh[near] == pytest.approx([0.03, 0.04, 0.05])  # of the first two
     assert np.isnan(grid.fresh[far]).all()
+    assert grid.shadowed.tolist() == [True, False]
 
 
 def test_what_is_beyond_the_border_is_left_out():

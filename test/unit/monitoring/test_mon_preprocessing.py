@@ -12,6 +12,7 @@ from safe_passage.monitoring.preprocessing import (
     cloud_points,
     outside,
     scan_points,
+    shadowed,
     veiling,
 )
 
@@ -27,7 +28,7 @@ def wall_ranges(distance: float, angles: np.ndarray) -> np.ndarray:
 def test_scan_points_lie_where_the_laser_sees_them():
     ranges = np.array([1.0, 2.0, 3.0])
     points = scan_points(ranges, -math.pi / 2, math.pi / 2, matrix((1.0, 0.5, math.pi)), PLAIN)
-    assert points == pytest.approx(
+    assert points[:, :3] == pytest.approx(
         np.array([[1.0, 1.5, 0.0], [-1.0, 0.5, 0.0], [1.0, -2.5, 0.0]]), abs=1e-12
     )
 
@@ -35,7 +36,7 @@ def test_scan_points_lie_where_the_laser_sees_them():
 def test_a_laser_hung_upside_down_sees_left_and_right_exchanged():
     T = np.diag([1.0, -1.0, -1.0, 1.0])
     points = scan_points(np.array([1.0]), math.pi / 2, 0.1, T, PLAIN)
-    assert points[0] == pytest.approx([0.0, -1.0, 0.0], abs=1e-12)
+    assert points[0, :3] == pytest.approx([0.0, -1.0, 0.0], abs=1e-12)
 
 
 def test_a_reversed_scan_is_the_same_scan():
@@ -95,6 +96,14 @@ def test_veiling_is_the_same_from_left_and_from_right(values):
     ranges = np.array(values)
     back = veiling(ranges[::-1], HALF_DEGREE, 0.14, 2)[::-1]
     assert (veiling(ranges, HALF_DEGREE, 0.14, 2) == back).all()
+
+
+def test_what_a_nearer_thing_or_the_scans_end_cuts_off_is_marked():
+    ranges = np.array([4.0, 4.0, 4.0, 1.0, 1.0, 4.0, math.inf, 4.0, 4.0, 4.0])
+    found = shadowed(ranges, np.isfinite(ranges))
+    # both ends, and the wall on both sides of the near thing; that thing itself is whole, and
+    # where nothing comes back nothing is hidden
+    assert np.flatnonzero(found).tolist() == [0, 2, 5, 9]
 
 
 def test_gaps_of_a_wall_at_a_glancing_angle_are_closed():
