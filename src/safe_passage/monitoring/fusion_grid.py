@@ -9,6 +9,8 @@ import numpy as np
 
 from safe_passage.monitoring.aggregation import Points
 
+RIM = 2  # cells at the border: what is there may go on beyond it
+
 
 @dataclass(frozen=True)
 class FusionGrid:
@@ -21,7 +23,7 @@ class FusionGrid:
     counts: np.ndarray  # (K, S) points of each sensor
     height: np.ndarray  # (K, 2) [m] lowest and highest point of 3D sensors, NaN: none saw it
     age: np.ndarray  # (K,) [s] mean of its points
-    shadowed: np.ndarray  # (K,) bool: the object may go on behind a nearer one
+    shadowed: np.ndarray  # (K,) bool: the object may go on behind a nearer one, or beyond the grid
     fresh: np.ndarray  # (K, 3) mean x, y [m] and age [s] of its fresh points, NaN: it has none
     label: np.ndarray  # (side * side,) int32 scratch: index of the obstacle cell, -1: free
 
@@ -80,6 +82,8 @@ class Fusion:
         with np.errstate(invalid="ignore"):
             news = np.bincount(at, fresh, minlength=count)
             new = [np.bincount(at, w * fresh, minlength=count) / news for w in told]
+        row, column = np.divmod(cell, self._side)
+        rim = np.minimum(np.minimum(row, column), self._side - 1 - np.maximum(row, column)) < RIM
         return FusionGrid(
             self._side,
             self._resolution,
@@ -88,7 +92,7 @@ class Fusion:
             counts.reshape(count, sensors),
             _heights(at, xyz[:, 2], self._heights[sensor], count),
             mean[2],
-            np.bincount(at, points.shadowed[inside], minlength=count) > 0,
+            rim | (np.bincount(at, points.shadowed[inside], minlength=count) > 0),
             np.stack(new, axis=1),
             self._label,
         )

@@ -43,7 +43,9 @@ def scan_points(
     between = between_beams(beams, source.glancing_gap)
     flat = np.concatenate([beams[valid], between])
     points = np.column_stack([flat, np.zeros(len(flat))])
-    hidden = np.concatenate([shadowed(ranges, valid)[valid], np.zeros(len(between), bool)])
+    seen = np.where(ranges > source.range_max, 0.0, ranges)  # what lies beyond is cut off too
+    seen = np.where(np.isinf(ranges), np.inf, seen)
+    hidden = np.concatenate([shadowed(seen, valid)[valid], np.zeros(len(between), bool)])
     return np.column_stack([points @ T_base_laser[:3, :3].T + T_base_laser[:3, 3], hidden])
 
 
@@ -54,12 +56,13 @@ def shadowed(ranges: np.ndarray, valid: np.ndarray) -> np.ndarray:
     What moves there may be the shadow's edge, not the thing.
 
     Args:
-        ranges: (N,) [m]. valid: (N,) which of them are points.
+        ranges: (N,) [m], inf: nothing there, 0: something that does not count.
+        valid: (N,) which of them are points.
     """
     if not len(ranges):
         return np.zeros(0, bool)
     with np.errstate(invalid="ignore"):
-        r = np.where((ranges > 0.0) & np.isfinite(ranges), ranges, np.inf)
+        r = np.where(ranges >= 0.0, ranges, np.inf)  # NaN: nobody knows
     edge = np.concatenate([[0.0], r, [0.0]])  # beyond the scan everything is hidden
     nearer = np.minimum(edge[:-2], edge[2:])
     return valid & (nearer < r - SHADOW)

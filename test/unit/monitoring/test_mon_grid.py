@@ -42,6 +42,14 @@ def test_a_cell_knows_its_points():
     assert grid.shadowed.tolist() == [True, False]
 
 
+def test_what_is_at_the_border_may_go_on_beyond_it():
+    grid = fusion().fuse(points([(1.95, 0, 0), (-1.85, 0, 0), (0, 1.75, 0), (0, 0, 0)]))
+    shadowed = {round(float(x), 2): bool(s) for (x, _), s in zip(grid.position, grid.shadowed)}
+    assert shadowed[1.95]
+    assert shadowed[-1.85]
+    assert not shadowed[0.0]
+
+
 def test_what_is_beyond_the_border_is_left_out():
     grid = fusion().fuse(points([(2.01, 0, 0), (-2.01, 0, 0), (0, 5, 0), (np.nan, 0, 0)]))
     assert len(grid.cell) == 0

@@ -106,6 +106,12 @@ def test_what_a_nearer_thing_or_the_scans_end_cuts_off_is_marked():
     assert np.flatnonzero(found).tolist() == [0, 2, 5, 9]
 
 
+def test_what_reaches_beyond_the_range_is_marked():
+    source = SourceParameters("laser", veil_angle=0.0, glancing_gap=0.0, range_max=3.5)
+    ranges = np.array([math.inf, 3.0, 3.2, 3.4, 3.6, 3.8])
+    assert scan_points(ranges, 0.0, 0.01, np.eye(4), source)[:, 3].tolist() == [0, 0, 1]
+
+
 def test_gaps_of_a_wall_at_a_glancing_angle_are_closed():
     x = np.array([1.0, 1.1, 1.25, 1.45, 1.7, 2.0])
     filled = between_beams(np.column_stack([x, np.full(6, 0.3)]), 0.5)
