@@ -173,6 +173,7 @@ class SimulationTest(unittest.TestCase):
         self.assertEqual(self.client.get_state(), GoalStatus.SUCCEEDED)
 
     def test_5_a_goal_taken_back_stops_the_robot(self):
+        self.wait(lambda: self.speed() == 0.0, "the end of the last goal's motion")
         self.client.send_goal(self.goal(-3.0, 1.5))
         self.wait(lambda: self.speed() > 0.1, "motion")
         self.client.cancel_goal()
