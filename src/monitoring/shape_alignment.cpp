@@ -15,21 +15,19 @@ ShapeAligner::ShapeAligner(double cell, double reach)
       origin_(Eigen::Vector2d::Zero()) {}
 
 Alignment ShapeAligner::align(const Points& hypothesis, const Points& object) {
-  if (hypothesis.empty() || object.empty())
-    return {Eigen::Vector2d::Zero(), 0.0, Eigen::Matrix2d::Zero()};
-  paint(object);
-  place(hypothesis);
-  const Alignment result = describe(branch_and_bound(), std::min(hypothesis.size(), object.size()));
-  wipe();
-  return result;
+  return align_by(&ShapeAligner::branch_and_bound, hypothesis, object);
 }
 
 Alignment ShapeAligner::align_exhaustively(const Points& hypothesis, const Points& object) {
+  return align_by(&ShapeAligner::try_all, hypothesis, object);
+}
+
+Alignment ShapeAligner::align_by(Search search, const Points& hypothesis, const Points& object) {
   if (hypothesis.empty() || object.empty())
     return {Eigen::Vector2d::Zero(), 0.0, Eigen::Matrix2d::Zero()};
   paint(object);
   place(hypothesis);
-  const Alignment result = describe(try_all(), std::min(hypothesis.size(), object.size()));
+  const Alignment result = describe((this->*search)(), std::min(hypothesis.size(), object.size()));
   wipe();
   return result;
 }

@@ -47,6 +47,9 @@ class ShapeAligner {
     void offer(Step other, int other_value);
   };
 
+  using Search = Found (ShapeAligner::*)() const;
+
+  Alignment align_by(Search search, const Points& hypothesis, const Points& object);
   void paint(const Points& object);
   void paint(const Eigen::Vector2d& point);
   Points joined(const Points& object) const;

@@ -54,7 +54,6 @@ class Hypotheses:
     cells: Ragged  # obstacle cells of the grid, by hypothesis
     atoms: list[tuple[int, ...]]  # by hypothesis
     features: Features
-    atom_of_cell: np.ndarray  # (K,) of each obstacle cell, -1: none
     part: np.ndarray  # (H,) bool: it contains a part of a cluster that others have a part of
     fallen: np.ndarray  # (F, 2) int: track that largely lies on a cluster of a body's size, cluster
     claimant: np.ndarray  # (H,) oldest track on such a cluster in it; the number of tracks: none
@@ -100,7 +99,6 @@ def propose(
         cells,
         chosen,
         describe(grid, cells),
-        atoms.of_cell,
         atoms.parts(chosen),
         np.argwhere(fallen),
         atoms.claimants(chosen, fallen),

@@ -43,7 +43,7 @@ def hypotheses_of(seen: Features, atoms=None, overlaps=()) -> Hypotheses:
     pairs = np.array(overlaps, np.int64).reshape(-1, 2)
     fallen = np.empty((0, 2), np.int64)
     no, nobody = np.zeros(n, bool), np.full(n, 99)
-    return Hypotheses(cells, atoms, seen, np.arange(n), no, fallen, nobody, pairs)
+    return Hypotheses(cells, atoms, seen, no, fallen, nobody, pairs)
 
 
 def pairs(hypotheses, tracks) -> set:
