@@ -143,6 +143,7 @@ void bind_pipeline(py::module_& m) {
       .def(py::init<>())
       .def_readwrite("radius", &AreaParameters::radius)
       .def_readwrite("growth_speed", &AreaParameters::growth_speed)
+      .def_readwrite("velocity_stretch", &AreaParameters::velocity_stretch)
       .def_readwrite("max_robot_speed", &AreaParameters::max_robot_speed)
       .def_readwrite("max_robot_turn_rate", &AreaParameters::max_robot_turn_rate)
       .def_readwrite("max_growth", &AreaParameters::max_growth);

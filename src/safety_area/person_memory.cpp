@@ -71,7 +71,8 @@ PersonMemory::Update PersonMemory::update(const std::vector<Person>& seen) {
     if (matches[s] == kNobody) {
       persons_.push_back(usable[s]);
     } else if (usable[s].stamp < persons_[matches[s]].seen) {
-      ++result.out_of_order;
+      // Of another source: a camera's detection comes later than the lidars' track of the person.
+      if (usable[s].source == persons_[matches[s]].source) ++result.out_of_order;
     } else {
       persons_[matches[s]] = usable[s];
     }

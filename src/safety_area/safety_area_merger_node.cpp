@@ -1,4 +1,5 @@
-// Node safety_area_merger: scan, persons -> scan_human_aware, ~safety_scan, ~markers, /diagnostics.
+// Node safety_area_merger: scan, persons, tracked_persons -> scan_human_aware, ~safety_scan,
+// ~markers, /diagnostics.
 //
 // Scans have a thread of their own and never wait for tf: what a late transform leaves unknown
 // about the robot's motion widens the areas. Persons wait for the transform of their own stamp.
@@ -26,6 +27,11 @@ namespace {
 
 constexpr std::size_t kMaxPending = 50;  // person arrays waiting for tf
 
+struct Pending {
+  std::string topic;
+  PersonArray::ConstPtr array;
+};
+
 class SafetyAreaMerger {
  public:
   SafetyAreaMerger() {
@@ -40,7 +46,18 @@ class SafetyAreaMerger {
 
     const auto hints = ros::TransportHints().tcpNoDelay();
     scan_sub_ = scan_node.subscribe("scan", 100, &SafetyAreaMerger::on_scan, this, hints);
-    persons_sub_ = node.subscribe("persons", 20, &SafetyAreaMerger::on_persons, this, hints);
+    persons_sub_ = node.subscribe<PersonArray>(
+        "persons", 20,
+        [this](const PersonArray::ConstPtr& in) {
+          saw_persons();
+          on_persons("persons", in);
+        },
+        ros::VoidConstPtr(), hints);
+    // Of the obstacle tracker, where one runs: its silence is no fault of this node.
+    tracked_sub_ = node.subscribe<PersonArray>(
+        "tracked_persons", 20,
+        [this](const PersonArray::ConstPtr& in) { on_persons("tracked_persons", in); },
+        ros::VoidConstPtr(), hints);
     // Wall time: a paused simulation must not stop them.
     pending_timer_ = node.createWallTimer(
         ros::WallDuration(0.02), [this](const ros::WallTimerEvent&) { resolve_pending(); });
@@ -81,23 +98,26 @@ class SafetyAreaMerger {
     shown_ = std::move(result);
   }
 
-  void on_persons(const PersonArray::ConstPtr& in) {
+  void saw_persons() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    last_persons_ = ros::WallTime::now();
+  }
+
+  void on_persons(const std::string& topic, const PersonArray::ConstPtr& in) {
     std::unique_lock<std::mutex> lock(mutex_);
     const double now = forget_if_jumped().toSec();
     const double stamp = in->header.stamp.toSec();
     const std::string frame = "frame '" + in->header.frame_id + "'";
-    last_persons_ = ros::WallTime::now();
-    if (in->header.frame_id.empty())
-      return diagnostics_.count("persons", Outcome::kBadFields, frame);
-    if (now - stamp > hold_time()) return diagnostics_.count("persons", Outcome::kStale, frame);
+    if (in->header.frame_id.empty()) return diagnostics_.count(topic, Outcome::kBadFields, frame);
+    if (now - stamp > hold_time()) return diagnostics_.count(topic, Outcome::kStale, frame);
     if (stamp - now > params_.future_tolerance)
-      return diagnostics_.count("persons", Outcome::kFuture, frame);
-    if (in->persons.empty()) return diagnostics_.count("persons", Outcome::kOk);
+      return diagnostics_.count(topic, Outcome::kFuture, frame);
+    if (in->persons.empty()) return diagnostics_.count(topic, Outcome::kOk);
     if (pending_.size() == kMaxPending) {
-      diagnostics_.count("persons", Outcome::kNoTf, frame);
+      diagnostics_.count(pending_.front().topic, Outcome::kNoTf, frame);
       pending_.pop_front();
     }
-    pending_.push_back(in);
+    pending_.push_back({topic, in});
     lock.unlock();
     resolve_pending();
   }
@@ -106,30 +126,30 @@ class SafetyAreaMerger {
   void resolve_pending() {
     std::lock_guard<std::mutex> lock(mutex_);
     const double now = forget_if_jumped().toSec();
-    std::deque<PersonArray::ConstPtr> waiting;
-    for (const auto& array : pending_) {
+    std::deque<Pending> waiting;
+    for (const auto& [topic, array] : pending_) {
       const std::string frame = tf_name(array->header.frame_id);
       try {
         const auto T =
             buffer_.lookupTransform(params_.fixed_frame, frame, array->header.stamp).transform;
-        remember(to_persons(*array, to_isometry(T)));
+        remember(topic, to_persons(*array, to_isometry(T)));
       } catch (const tf2::TransformException& error) {
         if (now - array->header.stamp.toSec() > hold_time())
-          diagnostics_.count("persons", Outcome::kNoTf, error.what());
+          diagnostics_.count(topic, Outcome::kNoTf, error.what());
         else
-          waiting.push_back(array);
+          waiting.push_back({topic, array});
       }
     }
     pending_ = std::move(waiting);
   }
 
-  void remember(const std::vector<safety_area::Person>& persons) {
+  void remember(const std::string& topic, const std::vector<safety_area::Person>& persons) {
     const auto update = pipeline_.remember(persons);
     Outcome outcome = Outcome::kOk;
     if (update.forgotten > 0) outcome = Outcome::kBadFields;
     if (update.out_of_order > 0) outcome = Outcome::kOutOfOrder;
     if (update.not_finite > 0) outcome = Outcome::kNotFinite;
-    diagnostics_.count("persons", outcome, update.forgotten > 0 ? "more than max_persons" : "");
+    diagnostics_.count(topic, outcome, update.forgotten > 0 ? "more than max_persons" : "");
   }
 
   // The scan's own stamp; now, where that has no meaning: persons are then still merged.
@@ -175,9 +195,12 @@ class SafetyAreaMerger {
   void report(diagnostic_updater::DiagnosticStatusWrapper& status) {
     std::lock_guard<std::mutex> lock(mutex_);
     const bool silent = (ros::WallTime::now() - last_persons_).toSec() > params_.input_timeout;
+    const char* missing = shown_.persons.empty()
+                              ? "persons silent: no safety areas"
+                              : "persons silent: safety areas of those remembered or tracked";
     status.summary(
         silent ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK,
-        silent ? "persons silent: no safety areas" : "persons arrive");
+        silent ? missing : "persons arrive");
     status.add("persons held", shown_.persons.size());
     status.add("persons arrays waiting for tf", pending_.size());
     status.add("areas merged", shown_.areas.size());
@@ -189,7 +212,7 @@ class SafetyAreaMerger {
   const SafetyAreaParameters params_ = read_safety_area_parameters();
   std::mutex mutex_;  // guards everything from here to the shown
   safety_area::Pipeline pipeline_{params_.pipeline};
-  std::deque<PersonArray::ConstPtr> pending_;
+  std::deque<Pending> pending_;
   JumpDetector clock_;
   ros::WallTime last_persons_;
   std_msgs::Header shown_header_;
@@ -200,7 +223,7 @@ class SafetyAreaMerger {
   NodeDiagnostics diagnostics_{params_.input_timeout};
   ros::Publisher merged_pub_, safety_pub_, markers_pub_;
   ros::CallbackQueue scan_queue_;
-  ros::Subscriber scan_sub_, persons_sub_;
+  ros::Subscriber scan_sub_, persons_sub_, tracked_sub_;
   ros::WallTimer pending_timer_, markers_timer_;
   ros::AsyncSpinner scan_spinner_{1, &scan_queue_}, spinner_{1};
 };

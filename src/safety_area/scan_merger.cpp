@@ -92,19 +92,22 @@ Placing placing(const Circle& circle, const MergeParameters& params) {
   return distance > circle.radius + gap ? Placing::kOutside : Placing::kInside;
 }
 
-// The laser is outside of what is returned, even where it touches the person.
+// The laser is outside of what is returned, even where it touches the person. Of a circle without a
+// body nothing may be left: a radius of 0.
 Circle cut_back(const Circle& circle, const MergeParameters& params) {
   const double distance = std::hypot(circle.x, circle.y);
-  const double body = std::min({params.body_radius, circle.radius, distance / 2.0});
+  const double least = std::min({params.body_radius, circle.radius, distance / 2.0});
+  const double body = circle.body ? least : 0.0;
   const bool shrink = params.inside_policy == InsidePolicy::kShrink;
-  return {circle.x, circle.y, shrink ? std::max(distance - params.clearance, body) : body};
+  const double radius = shrink ? std::max(distance - params.clearance, body) : body;
+  return {circle.x, circle.y, radius, circle.body};
 }
 
 void draw_inside(Fan& fan, const Circle& circle, const MergeParameters& params) {
-  if (params.inside_policy == InsidePolicy::kBlock)
-    fan.block();
-  else if (circle.x != 0.0 || circle.y != 0.0)  // else it lies in no direction
-    fan.draw(cut_back(circle, params));
+  if (params.inside_policy == InsidePolicy::kBlock) return fan.block();
+  if (circle.x == 0.0 && circle.y == 0.0) return;  // it lies in no direction
+  const Circle rest = cut_back(circle, params);
+  if (rest.radius > 0.0) fan.draw(rest);
 }
 
 // Where a circle is nearer than what was measured, it takes the beam.

@@ -369,6 +369,96 @@ const Eigen::Vector2d kLaser(0.0, 0.0);
 // Two legs about (x, 0), as a laser at the origin meets them: 7 cm before their middle.
 std::vector<Eigen::Vector2d> legs_at(double x) { return {{x - 0.07, -0.1}, {x - 0.07, 0.1}}; }
 
+Person walker(double vx, double vy) {
+  Person person;
+  person.position = {4, 0, 0};
+  person.velocity = {vx, vy, 0};
+  return person;
+}
+
+TEST(Areas, ReachAheadOfAPersonWhoMoves) {
+  AreaParameters params;
+  params.velocity_stretch = 0.5;
+  const auto areas = safety_areas({walker(0, 2)}, 0.0, LaserPose{}, params);
+  ASSERT_GE(areas.size(), 3U);
+  EXPECT_TRUE(areas.front().body);
+  EXPECT_DOUBLE_EQ(areas.front().y, 0.0);
+  EXPECT_DOUBLE_EQ(areas.back().y, 1.0);
+  for (std::size_t i = 1; i < areas.size(); ++i) {
+    EXPECT_FALSE(areas[i].body);
+    EXPECT_DOUBLE_EQ(areas[i].x, 4.0);
+    EXPECT_DOUBLE_EQ(areas[i].radius, 1.2);
+    EXPECT_LE(areas[i].y - areas[i - 1].y, 0.4 * 1.2 + 1e-9);  // no gap between them
+  }
+}
+
+TEST(Areas, AreCirclesByDefaultAndForThoseWhoStandOrAreOfUnknownMotion) {
+  EXPECT_EQ(safety_areas({walker(0, 2)}, 0.0, LaserPose{}, {}).size(), 1U);
+  AreaParameters params;
+  params.velocity_stretch = 0.5;
+  EXPECT_EQ(safety_areas({walker(0, 0)}, 0.0, LaserPose{}, params).size(), 1U);
+  EXPECT_EQ(safety_areas({walker(kNan, 0)}, 0.0, LaserPose{}, params).size(), 1U);
+}
+
+TEST(Areas, ReachAheadInTheLasersFrame) {  // which is turned by 90 degrees to the left
+  AreaParameters params;
+  params.velocity_stretch = 1.0;
+  LaserPose pose;
+  pose.T_laser_fixed.rotate(Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitZ()));
+  const auto areas = safety_areas({walker(0, 1)}, 0.0, pose, params);
+  EXPECT_NEAR(areas.back().x, 1.0, 1e-9);
+  EXPECT_NEAR(areas.back().y, -4.0, 1e-9);
+}
+
+TEST(Inside, OfAPlaceWhereAPersonMayComeNothingIsLeftOnTheRobot) {
+  MergeParameters params;
+  const Circle ahead{0.1, 0.0, 1.2, false};
+  const Scan scan = make_scan(-180, 10, 37);
+  EXPECT_TRUE(same_bits(merge(scan, {ahead}, params).ranges, scan.ranges));
+  params.inside_policy = InsidePolicy::kBody;
+  EXPECT_TRUE(same_bits(merge(scan, {ahead}, params).ranges, scan.ranges));
+  params.inside_policy = InsidePolicy::kBlock;
+  EXPECT_FLOAT_EQ(merge(scan, {ahead}, params).ranges[0], 0.1F);
+}
+
+TEST(Inside, APlaceWhereAPersonMayComeIsCutBackToTheClearance) {
+  const auto merged = merge(make_scan(0, 1, 1), {{1.0, 0.0, 1.2, false}});
+  EXPECT_NEAR(merged.ranges[0], 0.3, 1e-6);
+}
+
+TEST(Memory, ATrackAndTheCamerasDetectionOfTheSamePersonAreOne) {
+  PersonMemory memory;
+  Person track = walker(2, 0);
+  track.source = "odom";
+  track.id = 7;
+  track.stamp = 10.0;
+  memory.update({track});
+  Person detection;
+  detection.source = "camera";
+  detection.stamp = 9.7;
+  detection.position = {3.4, 0, 0};  // where the person was then
+  detection.velocity = {kNan, kNan, kNan};
+  EXPECT_EQ(memory.update({detection}).out_of_order, 0);
+  ASSERT_EQ(memory.at(10.0).size(), 1U);
+  EXPECT_NEAR(memory.at(10.1).front().position.x(), 4.2, 1e-9);  // the track's, with its velocity
+}
+
+TEST(Memory, ATrackTakesOverThePersonThatTheCameraLastSaw) {
+  PersonMemory memory;
+  Person detection;
+  detection.source = "camera";
+  detection.stamp = 9.7;
+  detection.position = {3.6, 0, 0};
+  memory.update({detection});
+  Person track = walker(1, 0);
+  track.source = "odom";
+  track.id = 7;
+  track.stamp = 10.0;
+  memory.update({track});
+  ASSERT_EQ(memory.at(10.0).size(), 1U);
+  EXPECT_NEAR(memory.at(10.0).front().position.x(), 4.0, 1e-9);
+}
+
 TEST(Laser, KeepsWhomTheCameraNoLongerSees) {
   auto memory = laser_memory();
   memory.update({person(0.0, 3, 0)});

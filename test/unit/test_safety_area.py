@@ -234,6 +234,43 @@ def test_a_late_pose_still_covers_the_person(distance, bearing, age, speed, turn
     assert gap + params.radius <= old[2] + age**2 + 1e-9
 
 
+@any_speed
+@given(scans(), st.lists(st.tuples(*[st.floats(-6.0, 6.0)] * 4), max_size=3), parameters(),
+       st.floats(0.0, 2.0))  # fmt: skip
+def test_a_stretched_area_makes_no_range_longer_and_holds_the_round_one(
+    scan, people, params, ahead
+):
+    stretch = areas.AreaParameters()
+    stretch.velocity_stretch = ahead
+    pose, persons = areas.LaserPose(np.eye(4)), []
+    for x, y, vx, vy in people:
+        persons.append(areas.Person(0.0, [x, y, 0.0], [vx, vy, 0.0]))
+    merged = []
+    for area in (areas.AreaParameters(), stretch):
+        pipeline = areas.PipelineParameters()
+        pipeline.area, pipeline.merge = area, params
+        chain = areas.Pipeline(pipeline)
+        chain.remember(persons)
+        merged.append(np.asarray(chain.merge(scan, 0.0, pose).scan.safety_ranges))
+    assert np.all(merged[1] <= merged[0])
+
+
+@any_speed
+@given(*[st.floats(-3.0, 3.0)] * 2, st.floats(0.0, 3.0), st.floats(0.0, 1.0))
+def test_a_stretched_area_covers_the_way_ahead(vx, vy, stretch, share):
+    """Along it a margin of 2 % at most is missing on both sides."""
+    params = areas.AreaParameters()
+    params.velocity_stretch = stretch
+    person = areas.Person(0.0, [5.0, 1.0, 0.0], [vx, vy, 0.0])
+    rows = areas.safety_areas([person], 0.0, areas.LaserPose(np.eye(4)), params)
+    velocity = np.array([vx, vy])
+    middle = np.array([5.0, 1.0]) + share * stretch * velocity
+    across = np.array([-vy, vx]) / max(np.hypot(vx, vy), 1e-9)
+    for side in (-1.0, 1.0):
+        point = middle + side * 0.98 * params.radius * across
+        assert (np.hypot(*(rows[:, :2] - point).T) <= rows[:, 2] + 1e-6).any()
+
+
 detections = st.lists(
     st.tuples(
         st.floats(0.0, 5.0),  # s between arrays

@@ -38,6 +38,7 @@ inline SafetyAreaParameters read_safety_area_parameters() {
 
   from.read("radius", area.radius, {0.05, 10.0}, "m");
   from.read("growth_speed", area.growth_speed, {0.0, 5.0}, "m/s");
+  from.read("velocity_stretch", area.velocity_stretch, {0.0, 5.0}, "s");
   from.read("max_robot_speed", area.max_robot_speed, {0.0, 20.0}, "m/s");
   from.read("max_robot_turn_rate", area.max_robot_turn_rate, {0.0, 20.0}, "rad/s");
   from.read("max_growth", area.max_growth, {0.0, 10.0}, "m");

@@ -6,7 +6,8 @@
 // - An array without a person deletes nothing: detectors flicker. A person leaves hold_time after
 //   the last detection, or after the laser last met something at its place, up to
 //   laser_hold_time after the last detection: a camera does not see whom the robot passes.
-// - A detection older than the one it would replace is out of order and ignored.
+// - A detection older than the one it would replace is ignored; from the same source it is out of
+//   order.
 #pragma once
 
 #include <Eigen/Core>

@@ -11,9 +11,10 @@
 namespace safe_passage::safety_area {
 
 struct AreaParameters {
-  double radius = 1.2;           // [m] proxemics, paper section 2.3
-  double growth_speed = 0.0;     // [m/s] a person may have moved since detected, beyond velocity
-  double max_robot_speed = 1.0;  // [m/s] what the robot may have done since its last known pose
+  double radius = 1.2;            // [m] proxemics, paper section 2.3
+  double growth_speed = 0.0;      // [m/s] a person may have moved since detected, beyond velocity
+  double velocity_stretch = 0.0;  // [s] of the person's way ahead that the area covers too
+  double max_robot_speed = 1.0;   // [m/s] what the robot may have done since its last known pose
   double max_robot_turn_rate = 1.0;  // [rad/s] the same
   double max_growth = 1.0;           // [m] most that an old robot pose adds to a radius
 };
@@ -33,6 +34,7 @@ struct PipelineParameters {
 
 // Circles in the laser's plane, wide enough to cover each person's area wherever the robot may have
 // driven within the pose's age: by then a point at distance d has moved by speed + d * turn rate.
+// With velocity_stretch more of them, without a body, follow along the way of a person who moves.
 std::vector<Circle> safety_areas(const std::vector<Person>& persons, double time,
                                  const LaserPose& pose, const AreaParameters& params);
 

@@ -18,6 +18,8 @@
 //   same, because leaving persons out would be the unsafe side.
 // - A scan whose beams have no direction or no range limits passes through unchanged, reported.
 // - A circle that is not finite, or of no radius, is ignored, counted.
+// - A circle without a body is where a person may soon be. It is cut back before the robot like the
+//   others, but leaves nothing behind once the robot is in it: nobody is there yet.
 #pragma once
 
 #include <vector>
@@ -38,6 +40,7 @@ struct Scan {
 struct Circle {
   double x = 0.0, y = 0.0;  // [m]
   double radius = 0.0;      // [m]
+  bool body = true;         // a person is in its middle
 };
 
 // What becomes of a circle that the robot is in, because a person came up to it.

@@ -162,7 +162,7 @@ class PersonLabels:
                 self._reinforce(number, probability, look.stamp, look.told(k))
                 if self._parents.get(number) not in hit:
                     self._leave(self._parents.pop(number, None), number)
-        self._deny(look, then, hit, index)
+        self._deny(look, then, index)
         return lost
 
     def _reinforce(self, number: int, probability: float, stamp: float, said: Any) -> None:
@@ -170,14 +170,12 @@ class PersonLabels:
         odds = max(label.odds, 0.0) + _log_odds(min(max(probability, LEAST), 0.9999))
         self._labels[number] = _Label(min(odds, self._most), stamp, said)
 
-    def _deny(self, look: Look, then: Places, hit: set[int], index: dict[int, int]) -> None:
+    def _deny(self, look: Look, then: Places, index: dict[int, int]) -> None:
         """Lower the labels of those whom the detector should have seen."""
         if look.view is None:
             return
         for number, label in list(self._labels.items()):
-            if number in hit or number not in index:
-                continue
-            if not in_sight(look.view, then, index[number]):
+            if number not in index or not in_sight(look.view, then, index[number]):
                 continue
             since = look.stamp - max(label.detected, self._looked.get(number, -math.inf))
             self._looked[number] = look.stamp

@@ -163,7 +163,8 @@ def test_who_is_hidden_from_the_camera_keeps_the_label(hidden):
 def test_who_is_too_near_for_the_camera_keeps_the_label():
     thing = Thing(1, 0.4)
     judge, _ = seen_at((0.4, 0.0), things=[thing], repeat=9)
-    assert after(judge, 6.0, thing, looks=[looking(AHEAD)], start=0.8).labelled[0]
+    wide = replace(AHEAD, width=3.0)
+    assert after(judge, 6.0, thing, looks=[looking(wide)], start=0.8).labelled[0]
 
 
 def leaves(judge, walker, *left, start, seconds):
