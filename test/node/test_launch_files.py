@@ -26,6 +26,7 @@ OWN_PACKAGES = {"safe_passage", "rviz"}
 NOT_OUTPUT = {"/rosout", "/rosout_agg", "/diagnostics"}
 VARIANTS = [  # with which arguments each file is started; by default as it is, without rviz
     ("person_detector", ["method:=yolo", "input:=depth"]),
+    ("human_safety", ["tracker:=true"]),
     *((path.stem, []) for path in LAUNCH_FILES),
 ]
 

@@ -40,6 +40,7 @@ class SafetyAreaMergerTest(unittest.TestCase):
         cls.static_pub = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
         cls.scan_pub = rospy.Publisher("scan", LaserScan, queue_size=1000, tcp_nodelay=True)
         cls.persons_pub = rospy.Publisher("persons", PersonArray, queue_size=100)
+        cls.tracked_pub = rospy.Publisher("tracked_persons", PersonArray, queue_size=100)
         rospy.Subscriber("scan_human_aware", LaserScan, cls.on_merged, queue_size=1000)
         rospy.Subscriber("safety_area_merger/safety_scan", LaserScan, cls.on_safety)
         cls.static_pub.publish(
@@ -196,6 +197,60 @@ class SafetyAreaMergerTest(unittest.TestCase):
         self.until(1.6, self.send_tf)
         self.set_clock(self.now + 0.2)
         self.until(10.0, self.send_tf)
+
+    def send_tracked(self, x, vx, frame="odom", at=None):
+        """A person at (x, 0) in odom with the velocity (vx, 0)."""
+        tracked = Person(id=7, position=Point(x, 0.0, 0.0), velocity=Vector3(vx, 0.0, 0.0))
+        tracked.method = Person.METHOD_TRACK
+        message = PersonArray(persons=[tracked])
+        message.header.frame_id = frame
+        message.header.stamp = rospy.Time.from_sec(self.now if at is None else at)
+        self.tracked_pub.publish(message)
+
+    def test_a_tracked_person_is_merged_moved_and_held(self):
+        """It walks up at 1 m/s; no detector has seen it."""
+
+        def tell():
+            self.send_tf()
+            self.send_tracked(4.0, -1.0)
+
+        self.until(4.0 - LASER_X - 1.2, tell)
+        self.set_clock(self.now + 0.9)
+        self.until(3.1 - LASER_X - 1.2, self.send_tf)
+        self.set_clock(self.now + 0.2)
+        self.until(10.0, self.send_tf)
+
+    def test_a_tracked_person_whom_the_detector_sees_too_is_one(self):
+        """The detection is older, and lies where the person was then."""
+
+        def tell():
+            self.send_tf(at=self.now - 0.3)
+            self.send_tf()
+            self.send_tracked(3.0, 1.0)
+            self.send_persons(person_at(2.7), at=self.now - 0.3)
+
+        before = self.counted("persons OUT_OF_ORDER")
+        self.until(3.0 - LASER_X - 1.2, tell)
+        for _ in range(10):
+            tell()
+            self.ahead()
+        self.assertAlmostEqual(self.ahead(), 3.0 - LASER_X - 1.2, delta=LATE)
+        self.assertEqual(self.counted("persons OUT_OF_ORDER"), before)
+
+    def test_bad_tracked_persons_are_counted_by_their_own_topic(self):
+        cases = {
+            "STALE": lambda: self.send_tracked(3.0, 0.0, at=self.now - 5.0),
+            "FUTURE": lambda: self.send_tracked(3.0, 0.0, at=self.now + 5.0),
+            "BAD_FIELDS": lambda: self.send_tracked(3.0, 0.0, frame=""),
+            "NOT_FINITE": lambda: self.send_tracked(math.nan, 0.0),
+        }
+        self.send_tf()
+        for reason, tell in cases.items():
+            key = f"tracked_persons {reason}"
+            before = self.counted(key)
+            tell()
+            self.wait_counted(key, before)
+        self.assertEqual(self.ahead(), 10.0)
 
     def test_bad_persons_are_counted_and_merged_by_nobody(self):
         self.send_tf()

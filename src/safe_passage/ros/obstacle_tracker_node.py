@@ -1,4 +1,4 @@
-"""Node `obstacle_tracker`: lidars and depth cameras -> every obstacle, standing or moving."""
+"""Node `obstacle_tracker`: lidars and depth cameras -> every obstacle, and who is a person."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import time
 
 import rospy
 
+from safe_passage.monitoring.persons import PersonLabels
 from safe_passage.monitoring.pipeline import ObstacleTracker
 from safe_passage.ros.clock import JumpDetector
 from safe_passage.ros.diagnostics import NodeDiagnostics
@@ -13,6 +14,7 @@ from safe_passage.ros.parameters import private_values
 from safe_passage.ros.tracker_inputs import Taken, TrackerInputs
 from safe_passage.ros.tracker_outputs import TrackerOutputs
 from safe_passage.ros.tracker_parameters import make_tracker_parameters
+from safe_passage.ros.tracker_persons import PersonInputs
 
 LOOK_ROUND = 0.2  # [s] of wall time without news, after which the clock is looked at
 JITTER = 0.1  # share of a cycle by which measurements may come early
@@ -26,12 +28,13 @@ class ObstacleTrackerNode:
 
     def __init__(self) -> None:
         self._p = make_tracker_parameters(private_values(), rospy.get_name())
-        self._tracker = ObstacleTracker(self._p)
+        self._tracker, self._labels = ObstacleTracker(self._p), PersonLabels(self._p.person_labels)
         self._jumps, self._last = JumpDetector(), rospy.Time()
         self._taken: list[Taken] = []
         self._diagnostics = NodeDiagnostics(self._p.input_timeout)
         self._outputs = TrackerOutputs(self._p)
         self._inputs = TrackerInputs(self._p, self._diagnostics)
+        self._persons = PersonInputs(self._p, self._inputs.tf, self._diagnostics)
         frames, topics = f"{self._p.odom_frame} -> {self._p.base_frame}", self._inputs.topics
         rospy.loginfo(f"obstacle tracker waits for tf {frames} and for {', '.join(topics)}")
 
@@ -51,15 +54,18 @@ class ObstacleTrackerNode:
         taken, self._taken = sorted(self._taken, key=lambda one: one.stamp), []
         now = newest.measurement
         snapshot = self._tracker.update(now.stamp, now.pose, [one.measurement for one in taken])
+        persons = self._labels.update(snapshot, self._persons.take(rospy.Time.now()))
         self._last = newest.stamp
-        self._outputs.publish(snapshot, newest.stamp, self._inputs.fields_of_view)
+        self._outputs.publish(snapshot, persons, newest.stamp, self._inputs.fields_of_view)
         self._diagnostics.latency(time.monotonic() - min(one.arrived for one in taken))
 
     def _restart(self) -> None:
         rospy.logwarn("the clock went back: the tracker starts anew")
         self._inputs.restart()
+        self._persons.restart()
         self._outputs.restart()
         self._tracker.reset()
+        self._labels.reset()
         self._taken, self._last = [], rospy.Time()
 
 

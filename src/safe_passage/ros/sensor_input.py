@@ -48,6 +48,7 @@ class SensorInput:
         read: a message's content; raises UnusableMessageError.
         place: what is given out; raises tf2_ros.TransformException while tf does not know it.
         on_news: called after each message.
+        expected: whether its silence is a fault.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class SensorInput:
         read: Callable[[Any], Any],
         place: Callable[[Received], Any],
         on_news: Callable[[], None] = lambda: None,
+        expected: bool = True,
     ) -> None:
         self._limits, self._diagnostics = limits, diagnostics
         self._read, self._place, self._on_news = read, place, on_news
@@ -66,7 +68,8 @@ class SensorInput:
         self._waiting: deque[Received] = deque()
         self._newest = rospy.Time()
         self.topic = rospy.resolve_name(topic)
-        diagnostics.expect(self.topic)
+        if expected:
+            diagnostics.expect(self.topic)
         self._subscriber = rospy.Subscriber(
             topic, kind, self._receive, queue_size=QUEUE, buff_size=BUFFER
         )

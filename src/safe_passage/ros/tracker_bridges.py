@@ -13,6 +13,7 @@ from geometry_msgs.msg import Point, Point32, Polygon
 from std_msgs.msg import Header
 
 from safe_passage.core.geometry import placed
+from safe_passage.monitoring.persons import Persons
 from safe_passage.monitoring.pipeline import Snapshot
 from safe_passage.ros.tracker_conversions import hull
 
@@ -26,10 +27,10 @@ class ObstacleBridge:
         self._messages = messages
         self.publisher = rospy.Publisher("~obstacles", messages.ObstacleArrayMsg, queue_size=1)
 
-    def make(self, snapshot: Snapshot, header: Header):
+    def make(self, snapshot: Snapshot, _: Persons, header: Header):
         """An ObstacleArrayMsg; the header's frame is the odometry's."""
         array = self._messages.ObstacleArrayMsg(header=header)
-        for i, number, _, velocity in _moving(snapshot):
+        for i, number, _, velocity in _told(snapshot, snapshot.tracks.moving):
             cells = placed(snapshot.shapes[i], snapshot.pose)
             message = self._messages.ObstacleMsg(header=header, id=number)
             outline = hull(cells, snapshot.grid.resolution)
@@ -42,7 +43,7 @@ class ObstacleBridge:
 
 
 class PeopleBridge:
-    """`people`: what moves, since nothing says yet who is a person."""
+    """`people`: persons, and whatever else moves, because it may be one."""
 
     PACKAGE = "people_msgs"
 
@@ -50,10 +51,11 @@ class PeopleBridge:
         self._messages = messages
         self.publisher = rospy.Publisher("people", messages.People, queue_size=1)
 
-    def make(self, snapshot: Snapshot, header: Header):
+    def make(self, snapshot: Snapshot, persons: Persons, header: Header):
         """A People message; the header's frame is the odometry's."""
         people = self._messages.People(header=header)
-        for _, number, at, velocity in _moving(snapshot):
+        which = snapshot.tracks.moving | persons.labelled
+        for _, number, at, velocity in _told(snapshot, which):
             person = self._messages.Person(name=str(number), reliability=1.0)
             person.position, person.velocity = Point(*at, 0.0), Point(*velocity, 0.0)
             people.people.append(person)
@@ -72,10 +74,10 @@ def make_bridges() -> list:
     return bridges
 
 
-def _moving(snapshot: Snapshot):
-    """Index, id, position [m] and velocity [m/s] of each moving track, the odometry's frame."""
+def _told(snapshot: Snapshot, mask: np.ndarray):
+    """Index, id, position [m] and velocity [m/s] of confirmed tracks, the odometry's frame."""
     tracks = snapshot.tracks
-    which = np.flatnonzero(snapshot.confirmed & tracks.moving)
+    which = np.flatnonzero(snapshot.confirmed & mask)
     x, y, yaw = snapshot.pose
     at = placed(tracks.position[which], (x, y, yaw))
     velocity = placed(tracks.velocity[which], (0.0, 0.0, yaw))

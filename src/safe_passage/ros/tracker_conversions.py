@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import cv2
 import numpy as np
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3
@@ -13,6 +11,7 @@ from std_msgs.msg import Header
 
 from safe_passage.monitoring.fusion_grid import FusionGrid
 from safe_passage.monitoring.parameters import TrackerParameters
+from safe_passage.monitoring.persons import Persons
 from safe_passage.monitoring.pipeline import Snapshot
 from safe_passage.msg import TrackedObstacle, TrackedObstacleArray
 
@@ -21,7 +20,9 @@ SQUARE = 0.5 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])  # corners of a ce
 CELL_FIELDS = ("x", "y", "z", "min_height", "density", "points", "id", "moving")
 
 
-def to_tracks(snapshot: Snapshot, header: Header, p: TrackerParameters) -> TrackedObstacleArray:
+def to_tracks(
+    snapshot: Snapshot, persons: Persons, header: Header, p: TrackerParameters
+) -> TrackedObstacleArray:
     """The confirmed tracks; the header's frame is base."""
     array = TrackedObstacleArray(header=header, resolution=p.resolution)
     array.sensors = [source.name for source in p.sources]
@@ -34,11 +35,11 @@ def to_tracks(snapshot: Snapshot, header: Header, p: TrackerParameters) -> Track
             for column in (
                 tracks.id, snapshot.stamp - tracks.born, tracks.misses == 0, tracks.moving,
                 tracks.position, tracks.velocity, tracks.P.reshape(-1, 16), tracks.height,
-                tracks.counts,
+                tracks.counts, persons.labelled, persons.probability,
             )
         ),
     )  # fmt: skip
-    for i, number, age, observed, moving, at, velocity, covariance, (low, high), counts in columns:
+    for i, number, age, observed, moving, at, velocity, covariance, height, counts, *who in columns:
         cells = snapshot.shapes[i]
         array.obstacles.append(
             TrackedObstacle(
@@ -46,13 +47,13 @@ def to_tracks(snapshot: Snapshot, header: Header, p: TrackerParameters) -> Track
                 age=age,
                 observed=observed,
                 moving=moving,
-                classification=TrackedObstacle.UNKNOWN,
-                person_probability=math.nan,
+                classification=TrackedObstacle.PERSON if who[0] else TrackedObstacle.UNKNOWN,
+                person_probability=who[1],
                 position=Point(*at, 0.0),
                 velocity=Vector3(*velocity, 0.0),
                 covariance=covariance,
-                min_height=low,
-                max_height=high,
+                min_height=height[0],
+                max_height=height[1],
                 points=counts,
                 footprint=Polygon([Point32(x, y, 0.0) for x, y in hull(cells, p.resolution)]),
                 cells_x=cells[:, 0].tolist(),

@@ -1,7 +1,7 @@
 """The tracker's picture, after Fig. 6 of paper 000.
 
 Standing obstacles grey, moving ones red with their way and their velocity; what is not seen now is
-faint. The sensors' fields of view are sectors of one colour each.
+faint. Persons are yellow discs. The sensors' fields of view are sectors of one colour each.
 """
 
 from __future__ import annotations
@@ -16,16 +16,18 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from safe_passage.core.geometry import placed
+from safe_passage.monitoring.persons import Persons
 from safe_passage.monitoring.pipeline import Snapshot
 from safe_passage.ros.fields_of_view import FieldOfView
 from safe_passage.ros.tracker_parameters import TrackerNodeParameters
 
 GREY, RED = (0.72, 0.72, 0.74), (0.95, 0.15, 0.12)
-WHITE, ROBOT = (1.0, 1.0, 1.0), (0.95, 0.55, 0.15)
+WHITE, ROBOT, YELLOW = (1.0, 1.0, 1.0), (0.95, 0.55, 0.15), (1.0, 0.9, 0.1)
 SENSORS = [(0.25, 0.75, 0.35), (0.30, 0.55, 1.0), (0.95, 0.85, 0.25), (0.75, 0.45, 0.95)]
 SEEN, UNSEEN, WAY, SECTOR, RIM = 1.0, 0.35, 0.7, 0.1, 0.7  # opacity
 STILL = 0.1  # [m/s] slower tracks have no arrow
 LABEL_DISTANCE = 0.6  # [m] from the middle of an obstacle
+PERSON_WIDTH = 0.7  # [m] of a person's disc
 THICKNESS = 0.05  # [m] of what is drawn on the floor
 LIFETIME = rospy.Duration(1)  # a tracker that stops must not leave obstacles behind
 
@@ -39,7 +41,12 @@ class TrackerMarkers:
         self._paths: dict[int, deque] = {}  # id -> places (x, y) [m], the odometry's frame
 
     def draw(
-        self, snapshot: Snapshot, in_base: Header, in_odom: Header, views: list[FieldOfView]
+        self,
+        snapshot: Snapshot,
+        persons: Persons,
+        in_base: Header,
+        in_odom: Header,
+        views: list[FieldOfView],
     ) -> MarkerArray:
         """Everything; the last picture is deleted."""
         self._remember(snapshot)
@@ -50,6 +57,7 @@ class TrackerMarkers:
         markers += _cells(in_base, snapshot, self._p.resolution)
         markers += [_path(in_odom, number, path) for number, path in self._paths.items()]
         markers += _arrows_and_labels(in_base, snapshot)
+        markers += _persons(in_odom, persons)
         if self._p.footprint:
             markers.append(_robot(in_base, np.array(self._p.footprint)))
         return MarkerArray(markers)
@@ -95,6 +103,19 @@ def _arrows_and_labels(header: Header, snapshot: Snapshot) -> list[Marker]:
             markers.append(arrow)
         beside = at - np.array([math.copysign(LABEL_DISTANCE, velocity[0]), 0.0])
         markers.append(_label(header, "id", number, beside, f"{number}: {speed:.1f} m/s"))
+    return markers
+
+
+def _persons(header: Header, persons: Persons) -> list[Marker]:
+    """A disc each, the surer the less faint."""
+    markers = []
+    for i, places in persons.places.items():
+        for at in places.tolist():
+            colour = _colour(YELLOW, 0.6 * float(persons.probability[i]))
+            disc = _marker(header, "person", len(markers), Marker.CYLINDER, colour)
+            disc.pose.position = Point(*at, THICKNESS)
+            disc.scale = Vector3(PERSON_WIDTH, PERSON_WIDTH, THICKNESS)
+            markers.append(disc)
     return markers
 
 

@@ -9,14 +9,16 @@ from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
+from safe_passage.monitoring.persons import Persons
 from safe_passage.monitoring.pipeline import Snapshot
-from safe_passage.msg import TrackedObstacleArray
+from safe_passage.msg import PersonArray, TrackedObstacleArray
 from safe_passage.ros.conversions import to_header
 from safe_passage.ros.fields_of_view import FieldOfView
 from safe_passage.ros.tracker_bridges import make_bridges
 from safe_passage.ros.tracker_conversions import to_cells, to_occupancy, to_tracks
 from safe_passage.ros.tracker_markers import TrackerMarkers
 from safe_passage.ros.tracker_parameters import TrackerNodeParameters
+from safe_passage.ros.tracker_persons import to_person_array
 
 
 class TrackerOutputs:
@@ -25,6 +27,7 @@ class TrackerOutputs:
     def __init__(self, parameters: TrackerNodeParameters) -> None:
         self._p = parameters
         self._tracks = rospy.Publisher("tracks", TrackedObstacleArray, queue_size=1)
+        self._persons = rospy.Publisher("tracked_persons", PersonArray, queue_size=10)
         self._bridges = make_bridges()
         self._grid = rospy.Publisher("~grid", OccupancyGrid, queue_size=1)
         self._cells = rospy.Publisher("~cells", PointCloud2, queue_size=1)
@@ -35,6 +38,7 @@ class TrackerOutputs:
     def publish(
         self,
         snapshot: Snapshot,
+        persons: Persons,
         stamp: rospy.Time,
         fields_of_view: Callable[[], list[FieldOfView]],
     ) -> None:
@@ -43,10 +47,12 @@ class TrackerOutputs:
             to_header(stamp, frame) for frame in (self._p.base_frame, self._p.odom_frame)
         )
         if self._tracks.get_num_connections():
-            self._tracks.publish(to_tracks(snapshot, in_base, self._p))
+            self._tracks.publish(to_tracks(snapshot, persons, in_base, self._p))
+        if self._p.person_sources and self._persons.get_num_connections():
+            self._persons.publish(to_person_array(snapshot, persons, in_odom))
         for bridge in self._bridges:
             if bridge.publisher.get_num_connections():
-                bridge.publisher.publish(bridge.make(snapshot, in_odom))
+                bridge.publisher.publish(bridge.make(snapshot, persons, in_odom))
         if (stamp - self._drawn).to_sec() * self._p.debug_rate < 0.99:
             return
         self._drawn = stamp
@@ -55,7 +61,7 @@ class TrackerOutputs:
         if self._cells.get_num_connections():
             self._cells.publish(to_cells(snapshot, in_base))
         if self._markers_pub.get_num_connections():
-            markers = self._markers.draw(snapshot, in_base, in_odom, fields_of_view())
+            markers = self._markers.draw(snapshot, persons, in_base, in_odom, fields_of_view())
             self._markers_pub.publish(markers)
 
     def restart(self) -> None:

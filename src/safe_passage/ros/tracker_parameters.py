@@ -2,13 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Mapping
 
 from safe_passage.core.errors import ParameterError
 from safe_passage.core.parameters import check_range, check_text
 from safe_passage.core.reading import build, build_list
 from safe_passage.monitoring.parameters import SourceParameters, TrackerParameters
+from safe_passage.monitoring.persons import PersonLabelParameters
+
+
+@dataclass(frozen=True)
+class PersonSourceParameters:
+    """One person detector, and where it would have seen somebody."""
+
+    topic: str = "persons"  # relative; PersonArray
+    field_of_view: float = 0.0  # [rad] full width, 0: not known, so seeing nobody says nothing
+    range_min: float = 1.0  # [m] nearer persons do not fit in the picture
+    range_max: float = 5.0  # [m] farther ones may be missed
+    max_age: float = 1.0  # [s] older detections are dropped; detectors are slower than lidars
+
+    def __post_init__(self) -> None:
+        check_text("topic", self.topic)
+        check_range("field_of_view", self.field_of_view, 0.0, 6.284, "rad")
+        check_range("range_min", self.range_min, 0.0, 100.0, "m")
+        check_range("range_max", self.range_max, self.range_min, 1000.0, "m")
+        check_range("max_age", self.max_age, 0.0, 10.0, "s")
 
 
 @dataclass(frozen=True)
@@ -16,6 +35,8 @@ class TrackerNodeParameters(TrackerParameters):
     """The tracker's, and the node's own."""
 
     odom_frame: str = "odom"  # in which the robot's motion is known
+    person_sources: tuple[PersonSourceParameters, ...] = ()  # whose persons label the tracks
+    person_labels: PersonLabelParameters = field(default_factory=PersonLabelParameters)
     base_frame: str = "base_footprint"  # of the robot, on the floor; tracks are in it
     rate: float = 40.0  # [Hz] of cycles, at most; one follows on new measurements
     max_age: float = 0.5  # [s] older messages are dropped
@@ -30,6 +51,9 @@ class TrackerNodeParameters(TrackerParameters):
         super().__post_init__()
         if not self.sources:
             raise ParameterError("sources is empty: nothing would be tracked")
+        topics = [source.topic for source in self.person_sources]
+        if len(set(topics)) != len(topics):
+            raise ParameterError(f"person_sources {', '.join(topics)}: must have different topics")
         check_text("odom_frame", self.odom_frame)
         check_text("base_frame", self.base_frame)
         check_range("rate", self.rate, 0.1, 1000.0, "Hz")
@@ -49,4 +73,11 @@ def make_tracker_parameters(values: Mapping[str, Any], where: str) -> TrackerNod
         ParameterError: names the parameter that is unknown or wrong, with its source.
     """
     sources = build_list(SourceParameters, values.get("sources"), f"{where}/sources")
-    return build(TrackerNodeParameters, {**values, "sources": sources}, where)
+    persons = build_list(
+        PersonSourceParameters, values.get("person_sources"), f"{where}/person_sources"
+    )
+    labels = build(
+        PersonLabelParameters, values.get("person_labels") or {}, f"{where}/person_labels"
+    )
+    built = {"sources": sources, "person_sources": persons, "person_labels": labels}
+    return build(TrackerNodeParameters, {**values, **built}, where)

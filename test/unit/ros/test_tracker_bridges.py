@@ -11,7 +11,15 @@ import rospy
 from geometry_msgs.msg import Point, Polygon, Quaternion, TwistWithCovariance
 from safe_passage.ros.tracker_bridges import make_bridges
 from std_msgs.msg import Header
-from tracker_snapshots import POSE, POST, index_of, make_snapshot, with_moving_post
+from tracker_snapshots import (
+    POSE,
+    POST,
+    index_of,
+    make_snapshot,
+    nobody,
+    post_is_person,
+    with_moving_post,
+)
 
 HEADER = Header(frame_id="odom")
 
@@ -88,7 +96,7 @@ def test_teb_gets_what_moves_with_its_velocity_in_odom(packages, snapshot):
     topics = packages("costmap_converter", ObstacleMsg, ObstacleArrayMsg)
     (bridge,) = make_bridges()
     assert topics == ["~obstacles"]
-    array = bridge.make(snapshot, HEADER)
+    array = bridge.make(snapshot, nobody(snapshot), HEADER)
     assert array.header.frame_id == "odom"
     (obstacle,) = array.obstacles  # the wall stands: it is in TEB's costmap
     i = index_of(snapshot, POST)
@@ -108,7 +116,7 @@ def test_people_are_what_moves(packages, snapshot):
     topics = packages("people_msgs", People, Person)
     (bridge,) = make_bridges()
     assert topics == ["people"]
-    message = bridge.make(snapshot, HEADER)
+    message = bridge.make(snapshot, nobody(snapshot), HEADER)
     (person,) = message.people
     assert person.name == str(snapshot.tracks.id[index_of(snapshot, POST)])
     at = (person.position.x, person.position.y)
@@ -120,4 +128,13 @@ def test_people_are_what_moves(packages, snapshot):
 def test_nothing_moves_nobody_is_told(packages):
     packages("people_msgs", People, Person)
     (bridge,) = make_bridges()
-    assert bridge.make(make_snapshot(), HEADER).people == []
+    snapshot = make_snapshot()
+    assert bridge.make(snapshot, nobody(snapshot), HEADER).people == []
+
+
+def test_a_person_who_stands_is_told_too(packages):
+    packages("people_msgs", People, Person)
+    (bridge,) = make_bridges()
+    snapshot = make_snapshot()
+    (person,) = bridge.make(snapshot, post_is_person(snapshot), HEADER).people
+    assert person.name == str(snapshot.tracks.id[index_of(snapshot, POST)])

@@ -9,7 +9,16 @@ from safe_passage.msg import TrackedObstacle, TrackedObstacleArray
 from safe_passage.ros.tracker_conversions import hull, to_cells, to_occupancy, to_tracks
 from sensor_msgs import point_cloud2
 from std_msgs.msg import Header
-from tracker_snapshots import HEIGHTS, PARAMETERS, POST, WALL_X, make_snapshot, with_moving_post
+from tracker_snapshots import (
+    HEIGHTS,
+    PARAMETERS,
+    POST,
+    WALL_X,
+    make_snapshot,
+    nobody,
+    post_is_person,
+    with_moving_post,
+)
 
 HEADER = Header(frame_id="base")
 
@@ -22,7 +31,8 @@ def snapshot():
 @pytest.fixture(scope="module")
 def post_and_wall(snapshot):
     post, wall = sorted(
-        to_tracks(snapshot, HEADER, PARAMETERS).obstacles, key=lambda o: -o.position.x
+        to_tracks(snapshot, nobody(snapshot), HEADER, PARAMETERS).obstacles,
+        key=lambda o: -o.position.x,
     )
     return post, wall
 
@@ -50,6 +60,15 @@ def test_what_nobody_knows_is_said_so(post_and_wall):
     assert math.isnan(post.person_probability)
 
 
+def test_who_was_seen_by_a_detector_is_a_person(snapshot):
+    told = to_tracks(snapshot, post_is_person(snapshot), HEADER, PARAMETERS).obstacles
+    post, wall = sorted(told, key=lambda o: -o.position.x)
+    assert post.classification == TrackedObstacle.PERSON
+    assert post.person_probability == pytest.approx(0.9)
+    assert wall.classification == TrackedObstacle.UNKNOWN
+    assert math.isnan(wall.person_probability)
+
+
 def test_covariance_is_that_of_x_y_vx_vy(snapshot, post_and_wall):
     wanted = {tuple(P.ravel()) for P in snapshot.tracks.P}
     assert {tuple(o.covariance) for o in post_and_wall} <= wanted
@@ -65,18 +84,22 @@ def test_outline_holds_the_cells(post_and_wall):
 
 
 def test_a_silent_sensor_is_marked():
-    array = to_tracks(make_snapshot(alive=("laser",)), HEADER, PARAMETERS)
+    snapshot = make_snapshot(alive=("laser",))
+    array = to_tracks(snapshot, nobody(snapshot), HEADER, PARAMETERS)
     assert array.sensors == ["laser", "camera"]
     assert array.alive == [True, False]
 
 
 def test_what_was_seen_too_seldom_is_not_told(snapshot):
-    array = to_tracks(snapshot, HEADER, PARAMETERS)
+    array = to_tracks(snapshot, nobody(snapshot), HEADER, PARAMETERS)
     assert len(array.obstacles) == snapshot.confirmed.sum()
 
 
 def test_messages_survive_the_wire(snapshot):
-    sent, received = to_tracks(snapshot, HEADER, PARAMETERS), TrackedObstacleArray()
+    sent, received = (
+        to_tracks(snapshot, nobody(snapshot), HEADER, PARAMETERS),
+        TrackedObstacleArray(),
+    )
     buffer = io.BytesIO()
     sent.serialize(buffer)
     received.deserialize(buffer.getvalue())

@@ -1,12 +1,23 @@
 """What nobody reads is not made; pictures come no oftener than they may."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import rospy
 from safe_passage.ros import tracker_outputs
 from safe_passage.ros.fields_of_view import FieldOfView
 from safe_passage.ros.tracker_outputs import TrackerOutputs
-from tracker_snapshots import PARAMETERS, make_snapshot, with_moving_post
+from safe_passage.ros.tracker_parameters import PersonSourceParameters
+from tracker_snapshots import (
+    PARAMETERS,
+    POSE,
+    POST,
+    make_snapshot,
+    nobody,
+    post_is_person,
+    with_moving_post,
+)
 from visualization_msgs.msg import Marker
 
 VIEW = FieldOfView("laser", np.zeros(2), np.linspace(-1.0, 1.0, 9), (0.1, 30.0))
@@ -38,8 +49,9 @@ def snapshot():
     return with_moving_post(make_snapshot(speed=1.0))
 
 
-def publish(outputs, snapshot, seconds=5.0):
-    outputs.publish(snapshot, rospy.Time.from_sec(seconds), lambda: [VIEW])
+def publish(outputs, snapshot, seconds=5.0, persons=None):
+    persons = persons or nobody(snapshot)
+    outputs.publish(snapshot, persons, rospy.Time.from_sec(seconds), lambda: [VIEW])
 
 
 def test_nothing_is_made_for_nobody(publishers, snapshot, monkeypatch):
@@ -56,6 +68,25 @@ def test_a_reader_gets_its_topic_alone(publishers, snapshot, topic):
     publishers[topic].read = True
     publish(outputs, snapshot)
     assert [p.topic for p in publishers.values() if p.messages] == [topic]
+
+
+@pytest.mark.parametrize(("sources", "messages"), [((), 0), ((PersonSourceParameters(),), 1)])
+def test_persons_are_told_where_somebody_looks_for_them(publishers, snapshot, sources, messages):
+    outputs = TrackerOutputs(replace(PARAMETERS, person_sources=sources))
+    publishers["tracked_persons"].read = True
+    publish(outputs, snapshot)
+    assert len(publishers["tracked_persons"].messages) == messages
+
+
+def test_a_person_is_a_disc_in_the_picture(publishers, snapshot):
+    outputs = TrackerOutputs(PARAMETERS)
+    publishers["~markers"].read = True
+    publish(outputs, snapshot, persons=post_is_person(snapshot))
+    (message,) = publishers["~markers"].messages
+    (disc,) = (m for m in message.markers if m.ns == "person")
+    assert disc.header.frame_id == PARAMETERS.odom_frame
+    at = (disc.pose.position.x, disc.pose.position.y)
+    assert at == pytest.approx((POSE[0] - POST[1], POSE[1] + POST[0]), abs=0.15)
 
 
 def test_pictures_come_no_oftener_than_debug_rate(publishers, snapshot):

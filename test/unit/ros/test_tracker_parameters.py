@@ -39,6 +39,9 @@ def test_shipped_files_fit_their_robots(config, robot):
         ({"sources": [LASER], "rate": "fast"}, "rate is 'fast', must be a number"),
         ({"sources": [LASER], "footprint": [[0.0, 1.0]]}, "3 points"),
         ({"sources": [LASER], "path_duration": -1.0}, "path_duration is -1.0"),
+        ({"sources": [LASER], "person_sources": [{}, {}]}, "different topics"),
+        ({"sources": [LASER], "person_sources": [{"odd": 1}]}, r"person_sources\[0\]/odd is not"),
+        ({"sources": [LASER], "person_labels": {"denial": -1.0}}, "person_labels/denial is -1.0"),
     ],
 )
 def test_what_is_wrong_is_named(values, complaint):

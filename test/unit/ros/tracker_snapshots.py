@@ -3,8 +3,11 @@
 import dataclasses
 
 import numpy as np
+from safe_passage.core.geometry import placed
 from safe_passage.monitoring.aggregation import Measurement
 from safe_passage.monitoring.parameters import CLOUD, SourceParameters
+from safe_passage.monitoring.person_looks import Look
+from safe_passage.monitoring.persons import PersonLabelParameters, PersonLabels
 from safe_passage.monitoring.pipeline import ObstacleTracker
 from safe_passage.ros.tracker_parameters import TrackerNodeParameters
 
@@ -31,6 +34,18 @@ def make_snapshot(speed=0.0, alive=("laser", "camera")):
         measurements = [Measurement(name, 0.1 * i, POSE, points[name]) for name in alive]
         snapshot = tracker.update(0.1 * i, POSE, measurements)
     return snapshot
+
+
+def nobody(snapshot):
+    """No detector has ever spoken."""
+    return PersonLabels(PersonLabelParameters()).update(snapshot, [])
+
+
+def post_is_person(snapshot, said=()):
+    """A detector has seen a person where the post is."""
+    at = placed(np.array([POST]), POSE)
+    look = Look(snapshot.stamp, at, np.array([0.9]), said=said)
+    return PersonLabels(PersonLabelParameters()).update(snapshot, [look])
 
 
 def index_of(snapshot, place):
