@@ -1,0 +1,232 @@
+"""How fast the robot may go: the largest scale of its command that keeps the distance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from safe_passage.separation.distances import Table
+from safe_passage.separation.parameters import SeparationParameters
+from safe_passage.separation.robot_motion import Motion
+from safe_passage.separation.zones import stopping_time
+
+COARSE = np.linspace(0.0, 1.0, 11)
+FINE = 10  # steps between two of those
+LEAST = 0.02  # smaller scales are none
+SAME = 1e-4  # [m] distances that differ by less are the same
+TURNED = 0.5  # cosine between two commands from which on they are different motions
+
+
+class Courses:
+    """u (S, T) [s] at scales (S,) of a command, for a robot that now goes at the scale `now`."""
+
+    def __init__(
+        self, motion: Motion, now: float, times: np.ndarray, p: SeparationParameters
+    ) -> None:
+        self._t, self._now, self._reaction = times, now, p.reaction_time
+        self._braking = max(stopping_time(motion.speed, motion.turn, p), 1e-9)
+        rising = motion.speed / p.acceleration, motion.turn / p.angular_deceleration
+        self._speeding = max(*rising, 1e-9)
+
+    @property
+    def brake(self) -> np.ndarray:
+        """(1, T) stops as soon as it can."""
+        return self.stop(np.array([self._now]))
+
+    def stop(self, scale: np.ndarray) -> np.ndarray:
+        """Goes on at the scale for the reaction time, then brakes and stands."""
+        before = np.minimum(self._t, self._reaction)
+        rate = scale[:, None]
+        braked = np.clip(self._t - self._reaction, 0.0, rate * self._braking)
+        return rate * before + rate * braked - 0.5 * braked**2 / self._braking
+
+    def go_on(self, scale: np.ndarray) -> np.ndarray:
+        """Goes on at the scale, once it has slowed down or sped up to it."""
+        more = np.maximum(self._now - scale, 0.0)
+        less = np.maximum(scale - self._now, 0.0)[:, None]
+        rising = np.minimum(self._t, less * self._speeding)
+        missed = less * rising - 0.5 * rising**2 / self._speeding
+        return scale[:, None] * self._t + self.stop(more) - missed
+
+    def stands(self, scale: np.ndarray) -> np.ndarray:
+        """(S,) [s] when it has stopped."""
+        return self._reaction + scale * self._braking
+
+    @property
+    def reach(self) -> np.ndarray:
+        """(T,) largest u."""
+        return max(1.0, self._now) * self._t
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """Scales in [0, 1]."""
+
+    scale: float
+    with_margin: float  # if the robot kept release_margin more
+    inside: bool = False  # something is nearer than the distance to be kept
+    hurry: bool = False  # stopping is in somebody's way: no time for a slow release
+
+
+def largest_scale(
+    table: Table,
+    courses: Courses,
+    times: np.ndarray,
+    motion: Motion,
+    hurries: bool,
+    p: SeparationParameters,
+) -> Allowed:
+    """The largest scale at which the robot may go.
+
+    A scale may be chosen if the robot, going on so, keeps the distance over the whole horizon; or
+    if it does so by stopping after the next cycle; or if the way leads out of what is too near
+    already; or if stopping is in somebody's way and going on leaves more room. Who `hurries` on so
+    already needs a better reason to stop.
+    """
+    if motion.stands or not len(table.distance):
+        return Allowed(1.0, 1.0)
+    judge = _Judge(table, courses, times, motion, p)
+    largest, with_margin = (_largest(judge, kept) for kept in (p.kept, p.kept + p.release_margin))
+    through = judge.best_way_through(p.kept, hurries) if largest <= 0.0 else 0.0
+    scale = max(largest, through)
+    return Allowed(scale, max(with_margin, through), judge.inside(p.kept), through > 0.0)
+
+
+def _largest(judge: _Judge, kept: float) -> float:
+    """The largest scale that may be chosen."""
+    coarse = float(COARSE[judge.may(COARSE, kept)].max())
+    if coarse >= 1.0:
+        return coarse
+    fine = np.linspace(coarse, coarse + COARSE[1], FINE, endpoint=False)
+    found = float(fine[judge.may(fine, kept)].max(initial=coarse))
+    return found if found >= LEAST else 0.0
+
+
+class _Judge:
+    """Whether scales may be chosen."""
+
+    def __init__(
+        self,
+        table: Table,
+        courses: Courses,
+        times: np.ndarray,
+        motion: Motion,
+        p: SeparationParameters,
+    ) -> None:
+        self._table, self._courses, self._times, self._p = table, courses, times, p
+        self._brake = table.along(courses.brake)[:, 0]
+        touched = self._brake + table.growth <= 0.0
+        touched[touched[:, 0]] = False  # a robot in touch may leave
+        self._touches = touched.any(axis=1)
+        self._end = np.where(self._touches, touched.argmax(axis=1), len(times) - 1)
+        self._escape = min(
+            p.escape_speed / max(motion.speed, 1e-9), p.escape_turn / max(motion.turn, 1e-9), 1.0
+        )
+
+    def inside(self, kept: float) -> bool:
+        """Whether something is too near already."""
+        return bool((self._table.distance[:, 0, 0] < kept).any())
+
+    def may(self, scale: np.ndarray, kept: float) -> np.ndarray:
+        """(S,) bool; standing, 0, always may be chosen."""
+        on = self._table.along(self._courses.go_on(scale))
+        stop = self._table.along(self._courses.stop(scale))
+        # who may come from anywhere must be kept off until the robot stands, by stopping
+        step = self._times[1]
+        over = self._times > self._courses.stands(scale)[:, None] + step - 1e-9
+        any_way = self._table.unknown
+        stop[any_way] = np.where(over, np.inf, stop[any_way])
+        free = _all(np.where(any_way[:, None, None], stop, on) >= kept) | _all(stop >= kept)
+        out = self._leads_out(on, kept)
+        if self.inside(kept):
+            out &= (scale <= self._escape) | self._must_hurry(on.min(axis=(0, 2)))
+        return free | out | (scale == 0.0)
+
+    def _leads_out(self, on: np.ndarray, kept: float) -> np.ndarray:
+        """Never nearer than by braking, but for a little on the way; what is free stays free.
+
+        If braking leads to a touch, it must be better until then; after that nothing is compared.
+        """
+        near = self._brake < kept
+        floor = np.where(near, self._brake - self._p.tolerance, kept)
+        n, end = np.arange(len(on)), self._end
+        last = np.minimum(self._brake[n, end] + np.where(self._touches, SAME, -SAME), kept)
+        after = np.arange(on.shape[2]) > end[:, None]
+        better = (on >= floor[:, None]) | after[:, None]
+        return _all(better) & (on[n, :, end] >= last[:, None]).all(axis=0)
+
+    def best_way_through(self, kept: float, hurries: bool) -> float:
+        """The scale with most room if stopping is in somebody's way, 0: there is no better one.
+
+        Growth is left out: it is the same for all of them.
+        """
+        growth = self._table.growth
+        stopped = (self._brake + growth).min()
+        if stopped >= kept or self._table.unknown.any():
+            return 0.0
+        on = self._table.along(self._courses.go_on(COARSE)) + growth[:, None]
+        least = on.min(axis=(0, 2))
+        most = min(least.max(), kept)
+        gain = -self._p.advantage if hurries else self._p.advantage
+        if most <= max(0.0, stopped + gain):
+            return 0.0
+        return float(COARSE[least >= most - SAME].max())
+
+    def _must_hurry(self, least: np.ndarray) -> np.ndarray:
+        """Going out slowly would let somebody come nearer."""
+        slowly = self._courses.go_on(np.array([self._escape]))
+        return least > self._table.along(slowly).min() + SAME
+
+
+class Release:
+    """Falls at once; rises only after a while of more room than needed, and not all at once."""
+
+    def __init__(self, p: SeparationParameters) -> None:
+        self._p = p
+        self.scale, self.hurries = 1.0, False
+        self._good_since: float | None = None
+        self._last: float | None = None
+        self._command: np.ndarray | None = None
+
+    def update(self, stamp: float, command: np.ndarray, allowed: Allowed) -> float:
+        """The scale from now on, at most what is allowed.
+
+        A command in another direction is another motion: what was held back does not hold it back.
+        """
+        elapsed = stamp - self._last if self._last is not None else 0.0
+        self._last = stamp
+        if self._is_other(command):
+            self.scale, self._good_since = 1.0, None
+        self.hurries = allowed.hurry
+        better = min(allowed.with_margin, allowed.scale)
+        if better <= self.scale:
+            self._good_since = None
+        elif allowed.hurry:
+            self.scale = better
+        elif self._good_since is None:
+            self._good_since = stamp
+        elif stamp - self._good_since >= self._p.release_time:
+            self.scale = min(better, self.scale + self._p.rise_rate * elapsed)
+        self.scale = min(self.scale, allowed.scale)
+        return self.scale
+
+    def stop(self, stamp: float) -> None:
+        """Start again from standing."""
+        self.hurries = False
+        self.scale, self._good_since, self._last, self._command = 0.0, None, stamp, None
+
+    def _is_other(self, command: np.ndarray) -> bool:
+        if not command.any():
+            return False
+        last, self._command = self._command, command
+        if last is None:
+            return False
+        lengths = math.hypot(*last) * math.hypot(*command)
+        return float(last @ command) < TURNED * lengths
+
+
+def _all(true: np.ndarray) -> np.ndarray:
+    """(S,) whether all of (n, S, T) are."""
+    return true.all(axis=(0, 2))

@@ -1,0 +1,198 @@
+"""What is allowed, held back, released; ways out."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from safe_passage.separation import Level, Reason, RobotState, SeparationMonitor, no_obstacles
+from safe_passage.separation.zones import protective_distance
+from sep_people import BODY, LENGTH, assess, parameters, people
+
+AHEAD = (1.0, 0.0, 0.0)
+KEPT = 0.33  # [m] min_distance and robot_uncertainty
+speeds = st.floats(-1.5, 1.5)
+commands = st.tuples(speeds, speeds, speeds)
+states = st.lists(st.tuples(*[st.floats(-5.0, 5.0)] * 2, *[st.floats(-2.0, 2.0)] * 2), max_size=6)
+
+
+@settings(max_examples=60, deadline=None)
+@given(states, commands, commands, st.floats(0.0, 0.5))
+def test_never_larger_and_never_in_another_direction(given_states, command, twist, deviation):
+    monitor = SeparationMonitor(parameters())
+    found = monitor.assess(
+        0.0, people(*given_states, deviation=deviation), RobotState(twist), command
+    )
+    assert 0.0 <= found.scale <= 1.0
+    limited, found = monitor.limit(command)
+    assert limited == pytest.approx([found.scale * part for part in command])
+    assert (found.level == Level.STOP) == (found.scale == 0.0)
+    assert (found.level == Level.FREE) == (found.scale == 1.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.floats(1.0, 9.0), st.floats(0.0, 4.0), st.floats(0.0, 2.0), st.floats(0.2, 1.5),
+    st.floats(-math.pi, math.pi),
+)  # fmt: skip
+def test_somebody_farther_away_never_slows_the_robot_more(near, more, human, robot, bearing):
+    """Who comes straight at the robot, from ahead."""
+    scales = []
+    for distance in (near, near + more):
+        scales.append(assess(people((distance, 0.0, -human, 0.0)), (robot, 0.0, 0.0)).scale)
+    assert scales[0] <= scales[1] + 1e-9
+
+
+@settings(max_examples=30, deadline=None)
+@given(commands)
+def test_without_obstacles_a_command_passes_unchanged(command):
+    monitor = SeparationMonitor(parameters())
+    monitor.assess(0.0, no_obstacles(), RobotState(), command)
+    assert monitor.limit(command)[0] == command
+
+
+@pytest.mark.parametrize("part", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("i", range(3))
+def test_a_command_that_is_no_number_stops(part, i):
+    monitor = SeparationMonitor(parameters())
+    monitor.assess(0.0, no_obstacles(), RobotState(), AHEAD)
+    command = [0.5, 0.0, 0.1]
+    command[i] = part
+    limited, found = monitor.limit(tuple(command))
+    assert limited == (0.0, 0.0, 0.0)
+    assert (found.level, found.reason) == (Level.STOP, Reason.BAD_COMMAND)
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    st.floats(-math.pi, math.pi), st.floats(0.75, 1.0), st.floats(0.0, 1.5), st.floats(0.1, 1.2),
+    st.floats(0.0, 0.2),
+)  # fmt: skip
+def test_a_robot_can_always_drive_away_from_who_is_too_near(
+    bearing, distance, human, robot, deviation
+):
+    """A round one that can drive sideways, so that away is away whatever the bearing."""
+    towards = np.array([math.cos(bearing), math.sin(bearing)])
+    monitor = SeparationMonitor(parameters(footprint=(), robot_radius=0.4))
+    who = people((*(distance * towards), *(-human * towards)), deviation=deviation)
+    command = (*(-robot * towards).tolist(), 0.0)
+    found = monitor.assess(0.0, who, RobotState(), command)
+    assume(found.present_distance < KEPT)
+    assert found.reason is Reason.ESCAPE
+    limited, found = monitor.limit(command)
+    assert math.hypot(*limited) >= min(robot, 0.3) - 0.012 * robot
+    into = monitor.limit((*(robot * towards).tolist(), 0.0))[0]
+    assert into == (0.0, 0.0, 0.0)
+
+
+def test_the_way_out_of_a_person_who_stands_is_slow_and_turning_is_one():
+    who = people((0.6 + BODY + 0.1, 0.0, 0.0, 0.0))
+    back = assess(who, (-1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    assert back.scale == pytest.approx(0.3, abs=0.011)
+    beside = people((0.0, 0.36 + BODY + 0.2, 0.0, 0.0))
+    assert assess(beside, (0.0, 0.0, 0.4), (0.0,) * 3, footprint=(), robot_radius=0.36).scale == 1.0
+    assert assess(beside, (0.0, 0.3, 0.0), (0.0,) * 3).scale == 0.0
+
+
+def test_the_robot_does_not_creep_up_on_somebody():
+    who = people((0.6 + BODY + KEPT - 0.05, 0.0, 0.0, 0.0))
+    for speed in (0.005, 0.02, 0.1, 1.0):
+        assert assess(who, (speed, 0.0, 0.0), (0.0,) * 3).scale == 0.0
+
+
+def test_a_follower_who_catches_up_does_not_stop_the_robot():
+    assert assess(people((-1.2, 0.0, 1.5, 0.0))).scale == 1.0
+
+
+def test_a_standing_robot_is_not_blocked_by_who_walks_past():
+    for x in np.arange(-3.0, 3.1, 0.5):
+        past = people((x, 0.36 + BODY + 0.6, 1.3, 0.0), deviation=0.05)
+        assert assess(past, twist=(0.0, 0.0, 0.0)).scale == 1.0, x
+
+
+def test_before_a_person_who_stands_it_slows_down_and_stops_in_time():
+    monitor = SeparationMonitor(parameters())
+    x, speed, scales = 0.0, 1.0, []
+    for k in range(120):
+        found = monitor.assess(
+            0.1 * k, people((4.0 - x, 0.0, 0.0, 0.0)), RobotState((speed, 0, 0)), AHEAD
+        )
+        (told, _, _), _ = monitor.limit(AHEAD)
+        speed += np.clip(told - speed, -0.06, 0.05)
+        x += 0.1 * speed
+        scales.append(found.scale)
+    left = 4.0 - x - 0.5 * LENGTH - BODY
+    assert KEPT - 0.05 <= left <= KEPT + 0.25
+    assert max(np.diff(scales)) <= 0.0
+    assert np.mean([0.0 < scale < 1.0 for scale in scales]) > 0.2
+
+
+def test_protective_distance_is_the_sum_of_its_terms():
+    p = parameters(reaction_time=0.5, min_distance=0.2, robot_uncertainty=0.05)
+    assert protective_distance(1.6, 1.0, 2.0, 0.1, p) == pytest.approx(
+        1.6 * 2.5 + 1.0 * 0.5 + 0.5 * 1.0 * 2.0 + 0.2 + 0.1 + 0.05
+    )
+    assert protective_distance(-1.0, -1.0, 0.0, 0.0, p) == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("distance, free", [(0.0, False), (0.02, True)])
+def test_the_protective_distance_is_what_is_kept_where_anybody_may_come(distance, free):
+    """Of whom no speed is known S_p with v_h = human_speed decides."""
+    p = parameters(worst_case=True, reaction_time=0.3, deceleration=1.0, horizon=4.0)
+    S_p = protective_distance(1.6, 1.0, 1.0, 0.0, p)
+    who = people((S_p + 0.5 * LENGTH + BODY + distance + (0.0 if free else -0.02), 0.0, 0.0, 0.0))
+    found = SeparationMonitor(p).assess(0.0, who, RobotState(AHEAD), AHEAD)
+    assert found.required_distance == pytest.approx(S_p)
+    assert (found.scale > 0.99) == free
+
+
+def test_released_after_a_while_and_not_at_once():
+    monitor = SeparationMonitor(parameters(release_time=0.5, rise_rate=2.0))
+    robot = RobotState()
+    near, stamp = people((1.0, 0.0, 0.0, 0.0)), 0.0
+    assert monitor.assess(stamp, near, robot, AHEAD).level is Level.STOP
+    rise = []
+    for k in range(1, 15):
+        rise.append(monitor.assess(0.1 * k, no_obstacles(), robot, AHEAD).scale)
+    assert rise[:5] == [0.0] * 5
+    assert np.diff(rise[4:10]) == pytest.approx(0.2)
+    assert rise[-1] == 1.0
+
+
+def test_it_is_not_released_at_the_border():
+    """What is just far enough to go on is too near to begin."""
+    border = people((0.6 + BODY + KEPT + 0.09, 0.0, 0.0, 0.0))
+    robot, slow = RobotState(), (0.1, 0.0, 0.0)
+    assert assess(border, slow, (0.0,) * 3).scale > 0.3
+    monitor = SeparationMonitor(parameters())
+    monitor.assess(0.0, people((0.9, 0.0, 0.0, 0.0)), robot, slow)
+    for k in range(1, 30):
+        found = monitor.assess(0.1 * k, border, robot, slow)
+    assert found.scale < 0.05
+
+
+def test_backing_off_is_not_held_back_by_a_stop_ahead():
+    monitor = SeparationMonitor(parameters())
+    near = people((1.0, 0.0, 0.0, 0.0))
+    assert monitor.assess(0.0, near, RobotState(), AHEAD).scale == 0.0
+    assert monitor.limit((-0.3, 0.0, 0.0))[0][0] == pytest.approx(-0.3, abs=0.01)
+
+
+def test_a_stop_for_another_reason_is_released_by_itself_and_slowly():
+    monitor = SeparationMonitor(parameters())
+    refused = monitor.refuse(0.0, Reason.STALE_TRACKS)
+    assert (refused.level, refused.reason, refused.scale) == (Level.STOP, Reason.STALE_TRACKS, 0.0)
+    assert math.isnan(refused.present_distance)
+    assert monitor.limit(AHEAD)[0] == (0.0, 0.0, 0.0)
+    scales = []
+    for k in range(20):
+        scales.append(monitor.assess(0.1 * k, no_obstacles(), RobotState(), AHEAD).scale)
+    assert (scales[0], scales[-1]) == (0.0, 1.0)
+    assert max(np.diff(scales)) <= 0.1 + 1e-9
+
+
+def test_where_stopping_is_in_the_way_the_robot_clears_it():
+    """Somebody is about to walk onto the robot's front; driving on it is past in time."""
+    found = assess(people((0.75, -1.7, 0.0, 1.0)), (1.5, 0.0, 0.0))
+    assert found.scale == 1.0
