@@ -27,6 +27,7 @@ class Reason(enum.IntEnum):
     NO_TF = 9
     BAD_COMMAND = 10
     STALE_COMMAND = 11
+    SENSOR_SILENT = 12
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,8 @@ class Inputs:
     now: float  # [s]
     tracks: float | None  # [s] stamp of the last
     odometry: float | None  # [s] stamp of the last
-    placed: bool  # tf knows where tracks, path's frame and arm are
+    placed: bool = True  # tf knows where the robot and its arm are
+    all_see: bool = True  # every sensor behind the tracks is alive
 
 
 class Supervisor:
@@ -70,6 +72,8 @@ class Supervisor:
             fresh = Reason.STALE_ODOMETRY
         elif not inputs.placed:
             fresh = Reason.NO_TF
+        elif not inputs.all_see:
+            fresh = Reason.SENSOR_SILENT
         elif self._life.length < p.settle_time:
             fresh = Reason.TRACKER_RESTARTED
         if fresh is Reason.OK:

@@ -83,8 +83,10 @@ class SeparationMonitor:
             robot: now.
             command: what it is told to do; None: to go on as it does.
         """
-        self._robot = robot
-        self._command = robot.twist if command is None else command
+        command = robot.twist if command is None else command
+        if not all(math.isfinite(part) for part in command):
+            return self.refuse(stamp, Reason.BAD_COMMAND)
+        self._robot, self._command = robot, command
         self._shape = make_shape(self._p, robot.parts)
         return self._judge(stamp, predict(obstacles, self._p))
 

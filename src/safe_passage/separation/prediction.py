@@ -8,6 +8,7 @@ from typing import Sequence
 
 import numpy as np
 
+from safe_passage.core.geometry import Pose, rotation
 from safe_passage.separation.parameters import SeparationParameters
 
 MOST_CELLS = 32  # of an obstacle; a larger one is looked at in larger cells
@@ -42,6 +43,30 @@ def no_obstacles(resolution: float = 0.1) -> Obstacles:
     flags = none > 0
     flat, square = np.empty((0, 2)), np.empty((0, 4, 4))
     return Obstacles(none.astype(int), flat, flat, square, flags, flags, [], resolution)
+
+
+def carried_on(
+    obstacles: Obstacles, age: float, motion: Pose, p: SeparationParameters
+) -> Obstacles:
+    """The same obstacles `age` [s] later, seen from where base is then.
+
+    motion: of the robot in the meantime, the later base in the former.
+    """
+    R = rotation(-motion[2])
+    F, turned = np.eye(4), np.kron(np.eye(2), R)
+    F[:2, 2:] = age * np.eye(2)
+    P = turned @ F @ obstacles.covariance @ F.T @ turned.T
+    P[:, [0, 1], [0, 1]] += p.agility * age**3 / 3.0
+    P[:, [2, 3], [2, 3]] += p.agility * age
+    P[:, [0, 1, 2, 3], [2, 3, 0, 1]] += p.agility * age**2 / 2.0
+    way = age * obstacles.velocity
+    return replace(
+        obstacles,
+        position=(obstacles.position + way - motion[:2]) @ R.T,
+        velocity=obstacles.velocity @ R.T,
+        covariance=P,
+        cells=[(own + step - motion[:2]) @ R.T for own, step in zip(obstacles.cells, way)],
+    )
 
 
 @dataclass(frozen=True)
