@@ -30,6 +30,7 @@ class PersonLabelParameters:
     walking_speed: float = 0.25  # [m/s] from which on a track walks
     denial: float = 1.5  # [1/s] log-odds lost while a camera looks at a track and sees nobody
     birth_reach: float = 0.8  # [m] from a person to a new track that may have come from it
+    birth_time: float = 1.0  # [s] that such a track is labelled whatever it does
     confirmation_time: float = (
         0.5  # [s] after a detection that a camera counts as seeing the person
     )
@@ -44,6 +45,7 @@ class PersonLabelParameters:
         check_range("walking_speed", self.walking_speed, 0.0, 5.0, "m/s")
         check_range("denial", self.denial, 0.0, 100.0, "1/s")
         check_range("birth_reach", self.birth_reach, 0.0, 5.0, "m")
+        check_range("birth_time", self.birth_time, 0.0, 60.0, "s")
         check_range("confirmation_time", self.confirmation_time, 0.0, 60.0, "s")
 
 
@@ -86,7 +88,8 @@ class PersonLabels:
       does. Time alone never changes their sign; below the threshold the label ends.
     - They shrink faster while a camera looks at the track, nothing is between, and sees nobody.
     - Of a labelled track in pieces each piece may be the person, and is told.
-    - A track that appears beside a labelled one is its child. The child is labelled too once it
+    - A track that appears beside a labelled one is its child, and weakly labelled for a moment: the
+      first may have got hold of something else. The child is labelled as well as the first once it
       walks, or when the first is no longer seen: it may be the person, who put a trolley there.
       Standing, the one that is left fades quickly, until a detection falls on it.
     - A detection that falls on the child while none falls on the other moves the label as well.
@@ -95,6 +98,9 @@ class PersonLabels:
     def __init__(self, parameters: PersonLabelParameters) -> None:
         self._p = parameters
         self._most = _log_odds(parameters.person_certainty)
+        least = _log_odds(parameters.person_threshold)
+        lasting = 2.0 ** (parameters.birth_time / parameters.left_half_life)
+        self._weak = min(least * lasting, self._most)
         self.reset()
 
     def reset(self) -> None:
@@ -125,7 +131,7 @@ class PersonLabels:
         elapsed = snapshot.stamp - self._last if self._last is not None else 0.0
         p = self._p
         for number, label in self._labels.items():
-            walks = number in index and self._walks(places, index[number])
+            walks = number in index and self._walks(snapshot, places, index[number])
             standing = p.left_half_life if label.left else p.standing_half_life
             half_life = p.moving_half_life if walks else standing
             faded = label.odds * 0.5 ** (max(0.0, elapsed) / half_life)
@@ -133,7 +139,8 @@ class PersonLabels:
 
     def _note_births(self, places: Places, index: dict[int, int]) -> None:
         """Remember beside which person a track has appeared."""
-        persons = [number for number in self._labels if number in index]
+        sure = [number for number, label in self._labels.items() if label.odds > self._weak]
+        persons = [number for number in sure if number in index]
         for number in index.keys() - self._known:
             i = index[number]
             if persons and places.size[i] <= self._p.person_size:
@@ -141,6 +148,7 @@ class PersonLabels:
                 parent = min(persons, key=lambda person: distance[index[person]])
                 if distance[index[parent]] <= self._p.birth_reach:
                     self._parents[number] = parent
+                    self._labels[number] = _Label(self._weak, -math.inf, None, left=True)
         self._known = set(index)
 
     def _take(
@@ -191,7 +199,7 @@ class PersonLabels:
             seen = snapshot.tracks.misses == 0
             i = index[child]
             alone = parent not in index or not seen[index[parent]]
-            walks = bool(snapshot.tracks.moving[i]) and self._walks(places, i)
+            walks = self._walks(snapshot, places, i)
             if seen[i] and snapshot.confirmed[i] and (alone or walks):
                 self._leave(self._parents.pop(child), child)
 
@@ -200,7 +208,7 @@ class PersonLabels:
         if parent not in self._labels:
             return
         label = self._labels[parent]
-        own = self._labels.get(child, replace(label, said=None, detected=-math.inf))
+        own = self._labels[child]
         self._labels[child] = replace(own, odds=max(own.odds, label.odds), left=False)
         self._labels[parent] = replace(label, left=True)
 
@@ -210,8 +218,9 @@ class PersonLabels:
         self._labels = {n: label for n, label in self._labels.items() if n in index or n in awaited}
         self._looked = {n: stamp for n, stamp in self._looked.items() if n in self._labels}
 
-    def _walks(self, places: Places, i: int) -> bool:
-        return float(np.hypot(*places.velocity[i])) >= self._p.walking_speed
+    def _walks(self, snapshot: Snapshot, places: Places, i: int) -> bool:
+        speed = float(np.hypot(*places.velocity[i]))
+        return bool(snapshot.tracks.moving[i]) and speed >= self._p.walking_speed
 
     def _persons(
         self,

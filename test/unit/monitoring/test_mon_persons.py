@@ -217,6 +217,23 @@ def test_a_new_number_on_the_same_person_is_labelled():
     assert after(judge, 3.0, Thing(2, 2.2), start=1.5).labelled.tolist() == [True]
 
 
+def test_what_appears_beside_a_person_is_told_for_a_moment():
+    """The person's track may have got hold of something else."""
+    judge, _ = seen_at((2.0, 0.0), things=[Thing(1, 2.0)], repeat=9)
+    both = [Thing(1, 2.0), Thing(2, 2.6)]
+    assert after(judge, 1.5, *both, start=0.8).labelled.tolist() == [True, True]
+    assert after(judge, 2.2, *both, start=1.5).labelled.tolist() == [True, False]
+    fast = [Thing(1, 2.0), Thing(3, 2.5, vx=1.0)]  # a new track's speed is soon wrong
+    after(judge, 2.5, *fast, start=2.2)
+    assert after(judge, 4.0, *fast, start=2.5).labelled.tolist() == [True, False]
+
+
+def test_what_appears_far_from_a_person_is_not_told():
+    judge, _ = seen_at((2.0, 0.0), things=[Thing(1, 2.0)], repeat=9)
+    persons = after(judge, 1.0, Thing(1, 2.0), Thing(2, 3.5), start=0.8)
+    assert persons.labelled.tolist() == [True, False]
+
+
 def test_things_beside_a_person_are_no_persons():
     judge, _ = seen_at((2.0, 0.0), things=[Thing(1, 2.0)], repeat=9)
     persons = after(judge, 5.0, Thing(1, 2.0), Thing(2, 2.4), start=0.8)
