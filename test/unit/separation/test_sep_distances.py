@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from safe_passage.core.geometry import rotation
+from safe_passage.core.geometry import placed, rotation
+from safe_passage.monitoring.motion import predict as filter_predict
 from safe_passage.separation import Part, RobotState, SeparationMonitor, no_obstacles
 from safe_passage.separation.distances import exact, make_table, nearest_along
 from safe_passage.separation.limiter import Courses
-from safe_passage.separation.prediction import position_deviation, predict
+from safe_passage.separation.prediction import carried_on, position_deviation, predict
 from safe_passage.separation.robot_motion import make_shape, plan_motion
 from sep_people import BODY, LENGTH, WIDTH, assess, parameters, people
 
@@ -153,3 +154,22 @@ def test_the_table_is_exact_where_it_matters(given_states, command, scale):
         if near.any():
             row = np.abs(low[:, near] - true[near]).max(axis=1)
             assert row.min() < 0.05
+
+
+@settings(max_examples=40, deadline=None)
+@given(states, st.floats(0.0, 1.0), commands)
+def test_carried_on_is_the_same_seen_later(given_states, age, motion):
+    """From where the robot then is, people are where they have walked to."""
+    p = parameters(agility=0.3)
+    before = people(*given_states, deviation=0.2)
+    after = carried_on(before, age, motion, p)
+    walked = before.position + age * before.velocity
+    assert placed(after.position, motion) == pytest.approx(walked, abs=1e-9)
+    assert after.velocity @ rotation(motion[2]).T == pytest.approx(before.velocity, abs=1e-9)
+    assert placed(after.cells[0], motion) == pytest.approx(
+        before.cells[0] + age * before.velocity[0], abs=1e-9
+    )
+    _, expected = filter_predict(np.zeros((1, 4)), before.covariance[:1], age, 0.3)
+    found = after.covariance[0]
+    turn = np.kron(np.eye(2), rotation(motion[2]))
+    assert turn @ found @ turn.T == pytest.approx(expected[0], abs=1e-9)
