@@ -86,15 +86,16 @@ def exact(
     begin, lengths = prediction.start[i], np.diff(prediction.start)[i]
     ends = np.cumsum(lengths)
     which = np.arange(ends[-1] if len(ends) else 0) + np.repeat(begin - (ends - lengths), lengths)
-    centre = prediction.centre[i] + prediction.velocity[i] * prediction.times[t][:, None]
-    offset = centre - poses[:, :2]
-    seen = prediction.points[which] + np.repeat(offset, lengths, axis=0)
-    c, s = np.repeat(np.cos(poses[:, 2]), lengths), np.repeat(np.sin(poses[:, 2]), lengths)
-    x, y = seen[:, 0], seen[:, 1]
-    turned = np.stack([c * x + s * y, c * y - s * x], axis=1)
-    distance = shape.distance(turned) - prediction.radii[which]
     if not len(i):
         return np.empty(0)
+    centre = prediction.centre[i] + prediction.velocity[i] * prediction.times[t][:, None]
+    x, y = _in_robot(centre, poses).T
+    c, s = np.repeat(np.cos(poses[:, 2]), lengths), np.repeat(np.sin(poses[:, 2]), lengths)
+    px, py = prediction.points[which].T
+    points = np.empty((len(which), 2))
+    points[:, 0] = c * px + s * py + np.repeat(x, lengths)
+    points[:, 1] = c * py - s * px + np.repeat(y, lengths)
+    distance = shape.distance(points) - prediction.radii[which]
     return np.minimum.reduceat(distance, ends - lengths)
 
 
@@ -120,7 +121,7 @@ class Table:
 def make_table(
     prediction: Prediction, motion: Motion, shape: Shape, reachable: np.ndarray, enough: float
 ) -> Table:
-    """Distances, exact below `enough` [m]; above they are lower bounds that are not below it.
+    """Distances, exact below `enough` [m]; above they are at least that.
 
     Args:
         reachable: (T,) [s] largest u at each time; beyond it the table is not to be asked.
@@ -130,16 +131,34 @@ def make_table(
     places = prediction.centre[which, None] + (
         prediction.velocity[which, None] * prediction.times[:, None]
     )
-    offset = places[:, None] - motion.poses[:, None, :2]
-    slack = prediction.radius[which, None] + prediction.growth[which] + shape.reach
-    distance = np.sqrt(np.einsum("nktx,nktx->nkt", offset, offset)) - slack[:, None]
-    asked = motion.u[:, None] <= reachable + spacing
-    n, k, t = np.nonzero((distance < enough) & asked)
-    distance = np.maximum(distance, enough)
+    far = enough + prediction.radius[which, None] + prediction.growth[which]
+    n, k, t = _near_circles(places, motion, reachable + spacing, far + shape.reach)
+    # of these, those whose circle comes near the true shape of the robot
+    seen = _in_robot(places[n, t], motion.poses[k])
+    near = shape.at_least(seen) < far[n, t]
+    n, k, t = n[near], k[near], t[near]
+    distance = np.full((len(which), len(motion.u), len(prediction.times)), enough)
     if len(n):
         true = exact(prediction, which[n], t, motion.poses[k], shape)
         distance[n, k, t] = true - prediction.growth[which[n], t]
     return Table(prediction.unknown[which], prediction.growth[which], distance, spacing)
+
+
+def _near_circles(
+    places: np.ndarray, motion: Motion, reachable: np.ndarray, far: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Obstacles, poses and times (Q,) that are nearer than `far` (n, T) [m] and reachable."""
+    dx = places[:, None, :, 0] - motion.poses[:, None, 0]
+    dy = places[:, None, :, 1] - motion.poses[:, None, 1]
+    asked = motion.u[:, None] <= reachable
+    return np.nonzero((dx * dx + dy * dy < (far * far)[:, None]) & asked)
+
+
+def _in_robot(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """`points` (Q, 2) as seen from `poses` (Q, 3)."""
+    x, y = (points - poses[:, :2]).T
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    return np.stack([c * x + s * y, c * y - s * x], axis=1)
 
 
 def _may_come(prediction: Prediction, motion: Motion, shape: Shape, enough: float) -> np.ndarray:
