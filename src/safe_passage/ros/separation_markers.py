@@ -118,7 +118,7 @@ def _speeds(header: Header, outlook: Outlook) -> list[Marker]:
 def _text(header: Header, found: Assessment) -> Marker:
     """Level, scale, why; behind the robot, where it hides nothing."""
     marker = _marker(header, "state", 0, Marker.TEXT_VIEW_FACING, _colour(LEVELS[found.level], 1.0))
-    marker.pose.position = Point(-1.6, 0.0, 0.5)
+    marker.pose.position = Point(-1.7, 0.0, 0.5)
     marker.scale.z = 0.35
     lines = [f"{found.level.name} {100.0 * found.scale:.0f} %"]
     if found.reason is not Reason.OK:
