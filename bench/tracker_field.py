@@ -121,5 +121,6 @@ def prepare(stamp: float, pose: Pose, raw: Sequence[np.ndarray]) -> list[Measure
             ranges = np.hypot(points[:, 0], points[:, 1])
             scan_points(ranges, -0.75 * math.pi, 1.5 * math.pi / (BEAMS - 1), np.eye(4), source)
             points = np.column_stack([points, np.zeros(len(points))])
-        prepared.append(Measurement(source.name, stamp, pose, points))
+        origin = None if source.type == CLOUD else (0.0, 0.0)
+        prepared.append(Measurement(source.name, stamp, pose, points, origin))
     return prepared

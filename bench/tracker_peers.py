@@ -7,7 +7,7 @@ knows of ego-motion. They do not tell what moves, so our rule is applied to thei
 from __future__ import annotations
 
 import datetime
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, Sequence
 
 import numpy as np
@@ -16,6 +16,7 @@ from safe_passage.evaluation.tracking_recording import Recording
 from safe_passage.evaluation.tracking_runs import FRESH, Told, measurements
 from safe_passage.monitoring.aggregation import Aggregator, Measurement
 from safe_passage.monitoring.clustering import cluster
+from safe_passage.monitoring.free_space import FreeSpace
 from safe_passage.monitoring.fusion_grid import Fusion
 from safe_passage.monitoring.hypotheses import describe
 from safe_passage.monitoring.parameters import TrackerParameters
@@ -40,15 +41,18 @@ class Detector:
         heights = np.array([source.three_dimensional for source in parameters.sources], bool)
         self._aggregator = Aggregator(parameters.sources)
         self._fusion = Fusion(parameters.radius, parameters.resolution, heights)
+        self._free_space = FreeSpace()
         self._footprint = np.array(parameters.footprint, float).reshape(-1, 2)
 
     def detect(self, stamp: float, pose: Pose, measured: Sequence[Measurement]) -> np.ndarray:
         """Centroids (N, 2) [m] of the clusters, frame of the odometry."""
         for one in measured:
+            self._free_space.add(one)
             kept = outside(one.points, self._footprint, self._p.footprint_padding)
-            self._aggregator.add(Measurement(one.source, one.stamp, one.pose, one.points[kept]))
+            self._aggregator.add(replace(one, points=one.points[kept]))
         grid = self._fusion.fuse(self._aggregator.points(stamp, pose))
-        labels = cluster(grid, self._p.min_points)
+        grid = self._free_space.judged(grid, pose, stamp)
+        labels = cluster(grid, self._p.min_points, self._p.body_size, np.empty((0, 2)))
         order = np.argsort(labels, kind="stable")
         order = order[np.searchsorted(labels[order], 0) :]
         features = describe(grid, Ragged.of_lengths(order, np.bincount(labels[order])))

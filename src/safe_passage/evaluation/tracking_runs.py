@@ -19,10 +19,14 @@ from safe_passage.monitoring.preprocessing import cloud_points, scan_points
 FRESH = 0.3  # [s] a track seen so long ago is said to be there, as a person is (truth)
 # Each row of the ablation adds to the one before it.
 ABLATION: Mapping[str, Mapping[str, object]] = {
-    "baseline": {"composites": False, "splits": False, "alignment": False, "aggregate": 1},
-    "+ composite and split": {"alignment": False, "aggregate": 1},
-    "+ shape alignment": {"aggregate": 1},
-    "+ aggregation": {},
+    "baseline": {
+        **{"composites": False, "splits": False, "free_space": False},
+        **{"alignment": False, "aggregate": 1},
+    },
+    "+ composite and split": {"free_space": False, "alignment": False, "aggregate": 1},
+    "+ shape alignment": {"free_space": False, "aggregate": 1},
+    "+ aggregation": {"free_space": False},
+    "+ free space": {},
 }
 
 
@@ -84,8 +88,17 @@ def measurements(recording: Recording, parameters: TrackerParameters) -> list[li
         pose = lidar.pose_in_base()
         return scan_points(raw.data, first, second - first, pose, sources[raw.sensor])
 
+    def origin(sensor: str) -> tuple[float, float] | None:
+        if sensor not in lidars:
+            return None
+        x, y = lidars[sensor].pose_in_base()[:2, 3]
+        return float(x), float(y)
+
     return [
-        [Measurement(raw.sensor, raw.stamp, raw.pose, points(raw)) for raw in cycle]
+        [
+            Measurement(raw.sensor, raw.stamp, raw.pose, points(raw), origin(raw.sensor))
+            for raw in cycle
+        ]
         for cycle in recording.raw
     ]
 

@@ -20,6 +20,7 @@ class Measurement:
     stamp: float  # [s]
     pose: Pose  # of base in the odometry's frame at the stamp
     points: np.ndarray  # (N, 3) x, y, z [m], frame base at the stamp; a 4th column: 1 if shadowed
+    origin: tuple[float, float] | None = None  # [m] of a scanner in base: its beams were free
 
 
 @dataclass(frozen=True)

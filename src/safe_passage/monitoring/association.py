@@ -10,9 +10,13 @@ from safe_passage.monitoring.motion import squared_mahalanobis
 from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.tracks import Tracks, centroid_noise
 
-NEIGHBOURHOOD = 0.8  # [m] within which pairs are looked at; overlapping ones at any distance
-STANDING = 0.5  # [m] the same for tracks that never moved, or have not been seen for
-RECENT = 0.4  # [s] a walker turns on the spot, but who is hidden for long could be anywhere
+# Within which pairs are looked at; overlapping ones at any distance.
+NEIGHBOURHOOD = 0.8  # [m] of tracks that move
+STANDING = 0.5  # [m] of tracks that never moved, or have not been seen for
+RECENT = 0.4  # [s]: a walker turns on the spot, but who is hidden for long could be anywhere
+REFOUND = 1.5  # [m] of tracks that move and what has just come: who was hidden comes out
+WALKING = 0.5  # [m/s] who goes faster is not what stood there before
+MOSTLY = 0.5  # share of a hypothesis' cells
 
 
 def associate(
@@ -33,7 +37,11 @@ def associate(
     squared = _squared_distance(features, tracks, h, t, parameters)
     away = np.hypot(*(features.position[h] - tracks.position[t]).T)
     agile = tracks.moving & (tracks.unseen <= RECENT)
-    near = overlap | ((squared <= parameters.gate) & (agile[t] | (away <= STANDING)))
+    reach = np.where(agile[t], NEIGHBOURHOOD, STANDING)
+    reach = np.where(tracks.moving[t] & (features.new[h] >= MOSTLY), REFOUND, reach)
+    near = overlap | ((squared <= parameters.gate) & (away <= reach))
+    walks = tracks.moving & (np.hypot(*tracks.velocity.T) > WALKING)
+    near &= ~(walks[t] & (features.stood[h] >= MOSTLY))
     h, t, squared = h[near], t[near], np.minimum(squared[near], parameters.gate)
     total = squared + feature_distance(features, tracks, h, t, three_dimensional, parameters)
     total += parameters.seniority * ((hypotheses.claimant[h] < t) & ~established[t])
@@ -49,7 +57,7 @@ def candidates(
     pairs = overlaps
     if len(positions) and len(tracks):
         near = cKDTree(positions).sparse_distance_matrix(
-            cKDTree(tracks), NEIGHBOURHOOD, output_type="ndarray"
+            cKDTree(tracks), REFOUND, output_type="ndarray"
         )
         pairs = np.concatenate([overlaps, np.stack([near["i"], near["j"]], axis=1)])
     key, first = np.unique(pairs[:, 0] * np.int64(len(tracks) + 1) + pairs[:, 1], return_index=True)

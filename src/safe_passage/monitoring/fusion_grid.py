@@ -25,6 +25,10 @@ class FusionGrid:
     age: np.ndarray  # (K,) [s] mean of its points
     shadowed: np.ndarray  # (K,) bool: the object may go on behind a nearer one, or beyond the grid
     fresh: np.ndarray  # (K, 3) mean x, y [m] and age [s] of its fresh points, NaN: it has none
+    new: (
+        np.ndarray
+    )  # (K,) bool: a short while ago nothing was there; as far as is known (free_space)
+    stood: np.ndarray  # (K,) bool: something was
     label: np.ndarray  # (side * side,) int32 scratch: index of the obstacle cell, -1: free
 
     @property
@@ -94,6 +98,8 @@ class Fusion:
             mean[2],
             rim | (np.bincount(at, points.shadowed[inside], minlength=count) > 0),
             np.stack(new, axis=1),
+            np.zeros(count, bool),
+            np.zeros(count, bool),
             self._label,
         )
 

@@ -7,13 +7,14 @@ other if and only if they share one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import combinations
 from typing import Sequence
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from safe_passage.monitoring.clustering import sizes as cluster_sizes
 from safe_passage.monitoring.fusion_grid import FusionGrid, cell_index
 from safe_passage.monitoring.ragged import Ragged, gather, moments
 
@@ -33,6 +34,12 @@ class Features:
     height: np.ndarray  # (H, 2) [m] lowest and highest point, NaN: no 3D sensor saw it
     age: np.ndarray  # (H,) [s] mean age of the measurements
     shadowed: np.ndarray  # (H,) bool: the object may go on behind a nearer one
+    new: np.ndarray  # (H,) share of its cells where nothing was a short while ago
+    stood: np.ndarray  # (H,) share of its cells where something was
+
+    def of(self, which: np.ndarray) -> Features:
+        """Those of `which` (M,)."""
+        return Features(*[getattr(self, field.name)[which] for field in fields(self)])
 
 
 @dataclass(frozen=True)
@@ -79,14 +86,16 @@ def propose(
     """
     count = int(clusters.max(initial=-1)) + 1
     cover = _Cover(grid, clusters, count, shapes)
-    sizes = _sizes(grid, clusters, count)
+    sizes = cluster_sizes(grid, clusters, count)
+    known = clusters >= 0
+    came = np.bincount(clusters[known], ~grid.new[known], minlength=count) == 0
     owners = cover.owners(rules, sizes)
     atoms = _Atoms(grid, clusters, count, shapes, owners)
     sets: dict[tuple[int, ...], None] = {tuple(whole): None for whole in atoms.of_cluster}
     for whole in atoms.of_cluster:
         if len(whole) > 1:
             sets.update(((part,), None) for part in whole)
-    parts = atoms.of_track(cover.covered(rules.composite_overlap))
+    parts = atoms.of_track(cover.covered(rules, came))
     for own in [*parts.values(), *_bodies(grid, clusters, sizes, atoms, rules)]:
         if len(own) > 1:
             sets[tuple(own)] = None
@@ -114,7 +123,9 @@ def describe(grid: FusionGrid, cells: Ragged) -> Features:
     start = cells.start[:-1]
     if not count:
         empty = np.empty(0)
-        return Features(centre, extent, number, grid.counts[:0], grid.height[:0], empty, empty > 0)
+        return Features(
+            centre, extent, number, grid.counts[:0], grid.height[:0], empty, empty > 0, empty, empty
+        )
     counts = np.add.reduceat(grid.counts[at], start, axis=0)
     height = np.stack(
         [
@@ -125,19 +136,9 @@ def describe(grid: FusionGrid, cells: Ragged) -> Features:
     )
     age = np.bincount(owner, grid.age[at], minlength=count) / number
     shadowed = np.bincount(owner, grid.shadowed[at], minlength=count) > 0
-    return Features(centre, extent, number, counts, height, age, shadowed)
-
-
-def _sizes(grid: FusionGrid, clusters: np.ndarray, count: int) -> np.ndarray:
-    """(count,) [m] diagonal of the box around each cluster's cells."""
-    order = np.argsort(clusters, kind="stable")
-    order = order[np.searchsorted(clusters[order], 0) :]
-    if not count:
-        return np.empty(0)
-    start = np.searchsorted(clusters[order], np.arange(count))
-    at = grid.position[order]
-    span = np.maximum.reduceat(at, start) - np.minimum.reduceat(at, start)
-    return np.hypot(span[:, 0], span[:, 1])
+    new = np.bincount(owner, grid.new[at], minlength=count) / number
+    stood = np.bincount(owner, grid.stood[at], minlength=count) / number
+    return Features(centre, extent, number, counts, height, age, shadowed, new, stood)
 
 
 class _Cover:
@@ -183,9 +184,14 @@ class _Cover:
         shared = (largely.sum(axis=0) >= 2) & (largely & rules.moving[:, None]).any(axis=0)
         return {int(j): np.flatnonzero(largely[:, j]) for j in np.flatnonzero(shared)}
 
-    def covered(self, least: float) -> list[tuple[int, int]]:
-        """(track, cluster) of each cluster that a track covers to a large extent."""
-        return list(zip(*(axis.tolist() for axis in np.nonzero(self.cluster_share >= least))))
+    def covered(self, rules: Rules, came: np.ndarray) -> list[tuple[int, int]]:
+        """(track, cluster) of each cluster that a track covers to a large extent.
+
+        What `came` (clusters,) a short while ago is no part of what stands.
+        """
+        largely = self.cluster_share >= rules.composite_overlap
+        largely &= rules.moving[:, None] | ~came
+        return list(zip(*(axis.tolist() for axis in np.nonzero(largely))))
 
     def touching(self, least: float) -> tuple[np.ndarray, np.ndarray]:
         """Tracks and clusters of which either lies on the other by this share."""

@@ -9,7 +9,7 @@ import numpy as np
 from safe_passage._monitoring import ShapeAligner
 from safe_passage.core.geometry import Pose, rotation
 from safe_passage.monitoring.fusion_grid import FusionGrid
-from safe_passage.monitoring.hypotheses import Hypotheses
+from safe_passage.monitoring.hypotheses import Features, Hypotheses
 from safe_passage.monitoring.motion import squared_mahalanobis, update
 from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.ragged import Ragged, moments
@@ -17,6 +17,9 @@ from safe_passage.monitoring.shape_alignment import align
 from safe_passage.monitoring.tracks import Tracks, centroid_noise, placed_shapes
 
 LEAK = 0.5  # a gait makes speed swing: so fast fades what looked like motion when it does not
+MOSTLY, LEAST_NEW = 0.5, 3  # share and number of cells that have come: then the object has
+WAY_NEW, TIME_NEW = 0.25, 0.5  # shares of the way and of the time after which such a one moves
+ONE_BODY = 0.45  # [m] that two who walk are apart
 GROWN = 1.5  # times the cells of its reference: more of the object is seen now
 
 
@@ -161,28 +164,42 @@ def _replaced(values: np.ndarray, at: np.ndarray, by: np.ndarray) -> np.ndarray:
 def classify(
     tracks: Tracks,
     known: np.ndarray,
-    hidden: np.ndarray,
+    features: Features,
     dt: float,
     parameters: TrackerParameters,
 ) -> Tracks:
     """Whether the tracks `known` (M,) move: fast, significantly so, and away from their origin.
 
-    Once a track moves it stays moving (paper 000, section 5). Of what is partly
-    `hidden` (M,) nothing new is learnt. dt: [s] since the last cycle.
+    What is where nothing was needs less proof. Once a track moves it stays moving (paper 000,
+    section 5).
+
+    Args:
+        features: (M,) of what was seen of them; of what is partly hidden nothing new is learnt.
+        dt: [s] since the last cycle.
     """
     velocity = tracks.velocity[known]
     way = tracks.x[known, :2] - tracks.origin[known]
     significance = squared_mahalanobis(velocity, tracks.P[known, 2:, 2:])
+    new = (features.new >= MOSTLY) & (features.new * features.cells >= LEAST_NEW)
     fast = (
         (np.hypot(*velocity.T) > parameters.moving_speed)
-        & (significance > parameters.moving_significance)
-        & (np.hypot(*way.T) > parameters.moving_distance)
+        & ((significance > parameters.moving_significance) | new)
+        & (np.hypot(*way.T) > np.where(new, WAY_NEW, 1.0) * parameters.moving_distance)
         & (tracks.cells[known] > 1)  # a single cell flickers between one thing and the next
     )
-    dt_seen = np.where(hidden, 0.0, dt)
+    fast &= ~_legs(tracks, known)
+    dt_seen = np.where(new, dt / TIME_NEW, np.where(features.shadowed, 0.0, dt))
     during = _replaced(
         tracks.fast,
         known,
         np.maximum(tracks.fast[known] + dt_seen * np.where(fast, 1.0, -LEAK), 0.0),
     )
     return tracks.with_(fast=during, moving=tracks.moving | (during >= parameters.moving_time))
+
+
+def _legs(tracks: Tracks, known: np.ndarray) -> np.ndarray:
+    """Which of the tracks `known` (M,) are so near to an older one that moves as only legs are."""
+    older = np.flatnonzero(tracks.moving & (tracks.misses == 0))
+    place = tracks.position
+    away = np.hypot(*np.moveaxis(place[known, None] - place[None, older], -1, 0))
+    return ((away < ONE_BODY) & (older[None] < known[:, None])).any(axis=1)

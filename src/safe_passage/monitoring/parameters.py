@@ -68,6 +68,7 @@ class TrackerParameters:
 
     composites: bool = True  # add unions of clusters (4.1)
     splits: bool = True  # add parts of clusters (4.1)
+    free_space: bool = True  # know what has come by where scanners' beams passed before
     composite_overlap: float = 0.3  # share of a cluster's cells that a track covers
     split_overlap: float = 0.5  # share of a track's cells that a cluster covers
     body_size: float = 1.0  # [m] diagonal of a cluster that may be one person's legs
@@ -114,7 +115,7 @@ class TrackerParameters:
         check_range("resolution", self.resolution, 0.01, 1.0, "m")
         check_range("radius", self.radius, 10 * self.resolution, 2000 * self.resolution, "m")
         check_range("min_points", self.min_points, 1, 1000, "points")
-        for flag in ("composites", "splits", "alignment"):
+        for flag in ("composites", "splits", "free_space", "alignment"):
             check_flag(flag, getattr(self, flag))
         for share in ("composite_overlap", "split_overlap", "alignment_overlap"):
             check_range(share, getattr(self, share), 0.01, 1.0, "")

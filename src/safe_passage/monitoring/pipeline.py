@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Sequence
 
 import numpy as np
@@ -12,6 +12,7 @@ from safe_passage.core.geometry import Pose, compose, inverse, rotation
 from safe_passage.monitoring.aggregation import Aggregator, Measurement
 from safe_passage.monitoring.association import associate
 from safe_passage.monitoring.clustering import cluster
+from safe_passage.monitoring.free_space import FreeSpace
 from safe_passage.monitoring.fusion_grid import Fusion, FusionGrid
 from safe_passage.monitoring.hypotheses import Hypotheses, Rules, describe, propose
 from safe_passage.monitoring.motion import move_frame, predict
@@ -46,12 +47,14 @@ class ObstacleTracker:
         self._footprint = np.array(parameters.footprint, float).reshape(-1, 2)
         self._aggregator = Aggregator(parameters.sources)
         self._fusion = Fusion(parameters.radius, parameters.resolution, self._three_dimensional)
+        self._free_space = FreeSpace()
         self._aligner = ShapeAligner(parameters.resolution, parameters.alignment_reach)
         self.reset()
 
     def reset(self) -> None:
         """Forget everything; identities are not used again."""
         self._aggregator.reset()
+        self._free_space.reset()
         self._tracks = no_tracks(len(self._p.sources))
         self._next_id = getattr(self, "_next_id", 1)
         self._last: tuple[float, Pose] | None = None
@@ -65,17 +68,21 @@ class ObstacleTracker:
             measurements: since the last cycle.
         """
         for measurement in measurements:
+            self._free_space.add(measurement)
             self._aggregator.add(self._without_robot(measurement))
         grid = self._fusion.fuse(self._aggregator.points(stamp, pose))
+        if self._p.free_space:
+            grid = self._free_space.judged(grid, pose, stamp)
         tracks = self._predict(stamp, pose)
         shapes = placed_shapes(self._expected(tracks), tracks.x[:, :2], pose)
-        clusters = cluster(grid, self._p.min_points)
         established = stamp - tracks.born >= self._p.fragment_age
+        walkers = tracks.position[tracks.moving & established]
+        clusters = cluster(grid, self._p.min_points, self._p.body_size, walkers)
         hypotheses = propose(grid, clusters, shapes, self._rules(tracks, established))
         seen, known = associate(hypotheses, tracks, established, self._three_dimensional, self._p)
         tracks = observe(tracks, grid, hypotheses, (seen, known), pose, self._aligner, self._p)
-        hidden = hypotheses.features.shadowed[seen]
-        tracks = classify(tracks, known, hidden, self._elapsed(stamp), self._p)
+        features = hypotheses.features.of(seen)
+        tracks = classify(tracks, known, features, self._elapsed(stamp), self._p)
         tracks = self._drop_lost(tracks, hypotheses, seen, known, established)
         tracks = self._start_new(tracks, grid, hypotheses, seen, stamp, pose)
         self._tracks, self._last = tracks, (stamp, pose)
@@ -117,7 +124,7 @@ class ObstacleTracker:
     def _without_robot(self, measurement: Measurement) -> Measurement:
         kept = outside(measurement.points, self._footprint, self._p.footprint_padding)
         points = measurement.points[kept]
-        return Measurement(measurement.source, measurement.stamp, measurement.pose, points)
+        return replace(measurement, points=points)
 
     def _predict(self, stamp: float, pose: Pose) -> Tracks:
         """Where the tracks are now, seen from where the robot is now."""

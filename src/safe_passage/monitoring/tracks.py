@@ -121,6 +121,8 @@ def no_tracks(sensors: int) -> Tracks:
         np.empty((0, 2)),
         none,
         none > 0,
+        none,
+        none,
     )
     return new_tracks(features, [], 1, 0.0, TrackerParameters())
 

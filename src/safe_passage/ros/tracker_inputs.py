@@ -135,7 +135,8 @@ class _Source:
         if self._is_scan:
             beams = (content.ranges, content.angle_min, content.angle_increment)
             points = scan_points(*beams, T_base_sensor, source)
+            origin = float(T_base_sensor[0, 3]), float(T_base_sensor[1, 3])
         else:
-            points = cloud_points(content, T_base_sensor, source)
+            points, origin = cloud_points(content, T_base_sensor, source), None
         self._last = received, T_base_sensor
-        return stamp, Measurement(source.name, stamp.to_sec(), pose, points)
+        return stamp, Measurement(source.name, stamp.to_sec(), pose, points, origin)

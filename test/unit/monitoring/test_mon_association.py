@@ -18,7 +18,9 @@ OLD = np.ones(9, bool)
 HEIGHTS = np.array([False, False, True])
 
 
-def features(positions, counts=(10, 0, 0), cells=4, top=np.nan, extent=0.01) -> Features:
+def features(
+    positions, counts=(10, 0, 0), cells=4, top=np.nan, extent=0.01, new=0.0, stood=0.0
+) -> Features:
     n = len(positions)
     return Features(
         np.array(positions, float).reshape(-1, 2),
@@ -28,6 +30,8 @@ def features(positions, counts=(10, 0, 0), cells=4, top=np.nan, extent=0.01) -> 
         np.tile(np.array([0.1, top]), (n, 1)),
         np.zeros(n),
         np.zeros(n, bool),
+        np.full(n, new),
+        np.full(n, stood),
     )
 
 

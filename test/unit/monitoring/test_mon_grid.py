@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,6 +16,10 @@ def points(xyz, sensor=None, age=None) -> Points:
     sensor = np.zeros(len(xyz), int) if sensor is None else np.array(sensor)
     age = np.zeros(len(xyz)) if age is None else np.array(age)
     return Points(xyz, age > 0.25, sensor, age, age < 0.15)
+
+
+def clustered(grid, min_points: int = 1, body: float = 1.0, walkers=()):
+    return cluster(grid, min_points, body, np.array(walkers, float).reshape(-1, 2))
 
 
 def fusion(sensors=(False, True)) -> Fusion:
@@ -74,16 +80,16 @@ def test_no_point_is_lost_and_none_counted_twice(xyz):
 
 def test_diagonal_neighbours_are_one_cluster():
     grid = fusion().fuse(points([(0.05, 0.05, 0), (0.15, 0.15, 0), (0.35, 0.35, 0)]))
-    assert cluster(grid, min_points=1).tolist() == [0, 0, 1]
+    assert clustered(grid).tolist() == [0, 0, 1]
 
 
 def test_too_few_points_are_no_cluster():
     grid = fusion().fuse(points([(0.05, 0.05, 0), (1.05, 0.05, 0), (1.06, 0.05, 0)]))
-    assert cluster(grid, min_points=2).tolist() == [-1, 0]
+    assert clustered(grid, 2).tolist() == [-1, 0]
 
 
 def test_an_empty_grid_has_no_clusters():
-    assert len(cluster(fusion().fuse(points([])), 1)) == 0
+    assert len(clustered(fusion().fuse(points([])))) == 0
 
 
 @given(arrays(bool, (12, 12)))
@@ -91,8 +97,68 @@ def test_clusters_are_the_connected_components(cells):
     row, column = np.nonzero(cells)
     xyz = np.column_stack([(column + 0.5) * 0.1, (row + 0.5) * 0.1, np.zeros(len(row))])
     grid = fusion().fuse(points(xyz))
-    found = cluster(grid, 1)
+    found = clustered(grid)
     truth, count = ndimage.label(cells, np.ones((3, 3)))
     assert found.max(initial=-1) + 1 == count
     pairs = set(zip(found.tolist(), truth[row, column].tolist()))
     assert len(pairs) == count
+
+
+WALL = [(0.05 + 0.1 * i, 0.05) for i in range(15)]
+BESIDE = [(0.65 + 0.1 * i, 0.15 + 0.1 * j) for i in range(2) for j in range(2)]
+
+
+def grid_where(new, xy, age=0.0):
+    """Grid of points, those of `new` where nothing was before."""
+    xyz = np.column_stack([np.array(xy), np.zeros(len(xy))])
+    grid = fusion().fuse(points(xyz, age=np.full(len(xyz), age)))
+    came = {int(i) for i in grid.cells_of(np.array(new).reshape(-1, 2))}
+    return replace(grid, new=np.array([int(cell) in came for cell in grid.cell]))
+
+
+def labels_of(grid, found, xy) -> list:
+    return found[np.searchsorted(grid.cell, grid.cells_of(np.array(xy)))].tolist()
+
+
+def test_who_comes_to_a_wall_is_not_the_wall():
+    grid = grid_where(BESIDE, WALL + BESIDE)
+    found = clustered(grid)
+    (wall,) = set(labels_of(grid, found, WALL))
+    (walker,) = set(labels_of(grid, found, BESIDE))
+    assert wall != walker
+
+
+def test_a_cell_or_two_beside_a_wall_are_noise():
+    assert set(clustered(grid_where(BESIDE[:2], WALL + BESIDE)).tolist()) == {0}
+
+
+def test_what_is_no_larger_than_a_body_is_not_taken_apart():
+    grid = grid_where(BESIDE, WALL[4:9] + BESIDE)
+    assert set(clustered(grid).tolist()) == {0}
+
+
+LEGS = [(0.05, 0.05), (0.15, 0.05)], [(0.35, 0.05), (0.45, 0.05)]
+
+
+def test_two_legs_that_come_are_one():
+    left, right = LEGS
+    assert len(set(clustered(grid_where(left + right, left + right)).tolist())) == 1
+    assert len(set(clustered(grid_where([], left + right)).tolist())) == 2  # chairs stand
+
+
+def test_two_who_are_known_stay_two():
+    left, right = LEGS
+    grid = grid_where(left + right, left + right)
+    assert len(set(clustered(grid, walkers=[(0.1, 0.05), (0.4, 0.05)]).tolist())) == 2
+    assert len(set(clustered(grid, walkers=[(0.1, 0.05), (9.0, 0.0)]).tolist())) == 1
+
+
+def test_a_crowd_that_comes_is_not_one():
+    crowd = [(0.05 + 0.3 * i, 0.05) for i in range(6)]
+    assert len(set(clustered(grid_where(crowd, crowd)).tolist())) == 6
+
+
+def test_who_has_come_and_gone_is_no_cluster():
+    left, _ = LEGS
+    assert clustered(grid_where(left, left, age=0.3)).tolist() == [-1, -1]
+    assert clustered(grid_where([], left, age=0.3)).tolist() == [0, 0]  # it may be hidden

@@ -8,6 +8,7 @@ from safe_passage.monitoring.hypotheses import Hypotheses, Rules, propose
 from safe_passage.monitoring.ragged import Ragged
 
 OFF = 2.0
+NO_WALKERS = np.empty((0, 2))
 NOBODY = Ragged.of([], np.empty((0, 2)))
 
 
@@ -19,7 +20,9 @@ def rules(tracks: Ragged, composite: float = 0.5, split: float = 0.5, **other) -
 
 def proposed(now: str, tracks: Ragged, composite: float = 0.5, split: float = 0.5, **other):
     grid = grid_of(now)
-    return grid, propose(grid, cluster(grid, 1), tracks, rules(tracks, composite, split, **other))
+    return grid, propose(
+        grid, cluster(grid, 1, 1.0, NO_WALKERS), tracks, rules(tracks, composite, split, **other)
+    )
 
 
 def found(grid, hypotheses: Hypotheses) -> set:

@@ -51,6 +51,16 @@ class Run:
         points[:, :2] += self._rng.normal(0.0, 0.01, (len(points), 2))
         return self.go(pose, Measurement(source, self.time, pose, points))
 
+    def scan(self, *things: np.ndarray):
+        """As `see`, by a scanner in the robot's middle: only what nothing hides."""
+        xy = np.concatenate(things)
+        bearing = np.floor(np.degrees(np.arctan2(xy[:, 1], xy[:, 0])) / 0.5)
+        order = np.lexsort([np.hypot(*xy.T), bearing])
+        first = order[np.unique(bearing[order], return_index=True)[1]]
+        points = seen_from(STILL, xy[first])
+        points[:, :2] += self._rng.normal(0.0, 0.01, (len(points), 2))
+        return self.go(STILL, Measurement("laser", self.time, STILL, points, (0.0, 0.0)))
+
     def go(self, pose, *measurements: Measurement):
         self.last = self.tracker.update(self.time, pose, measurements)
         self.cycle += 1
@@ -160,6 +170,59 @@ def test_a_person_who_passes_a_table_and_the_table_stay_two():
     assert len(tables) == 1
     assert not tracks.moving[tables[0]]
     assert len(ids) == 1
+
+
+HALL = np.concatenate([wall(-4, 3, 4, 3), wall(-4, -3, 4, -3), wall(-4, -3, -4, 3)])
+
+
+def test_who_walks_along_a_wall_is_known_at_once_and_stays_the_same():
+    """Close enough to be one cluster with it, from the first moment on."""
+    run, ids = Run(), set()
+    for k in range(120):
+        x = -2.5 + 1.0 * max(k - 20, 0) * DT
+        run.scan(HALL, disc(x, 2.8, 0.15))
+        if k > 45:
+            tracks = run.last.tracks
+            near = [i for i in run.at(x, 2.8, 0.35) if tracks.moving[i]]
+            ids.update(tracks.id[near].tolist())
+            assert near, f"nobody walks at {x:.1f} m"
+    assert len(ids) == 1
+
+
+def test_who_leaves_a_table_moves_and_the_table_does_not():
+    run, table = Run(), wall(1.0, -0.6, 1.0, 0.6)
+    for k in range(75):
+        y = 0.75 + 0.8 * max(k - 40, 0) * DT
+        run.scan(HALL, table, disc(1.0, y, 0.15))
+    tracks = run.last.tracks
+    assert tracks.moving[run.one_at(1.0, y)]
+    assert tracks.moving.sum() == 1
+
+
+def test_who_turns_on_the_spot_stays_the_same():
+    run, ids = Run(), set()
+    for k in range(140):
+        t = k * DT
+        x = -1.5 + 1.1 * t if t < 3.0 else 1.8 - 1.1 * (t - 3.0)
+        run.scan(HALL, disc(x, 1.5, 0.15))
+        if k > 20:
+            tracks = run.last.tracks
+            ids.update(tracks.id[[i for i in run.at(x, 1.5, 0.5) if tracks.moving[i]]].tolist())
+    assert len(ids) == 1
+
+
+def test_a_walker_who_vanishes_does_not_take_what_stood_there():
+    run, post = Run(), disc(1.9, 1.5, 0.1)
+    for k in range(60):
+        run.scan(HALL, post, disc(-1.5 + 1.1 * k * DT, 1.5, 0.15))
+    tracks = run.last.tracks
+    (post_id,) = (int(tracks.id[i]) for i in run.at(1.9, 1.5) if not tracks.moving[i])
+    for _ in range(60):
+        run.scan(HALL, post)
+    tracks = run.last.tracks
+    (left,) = run.at(1.9, 1.5, 0.5)
+    assert int(tracks.id[left]) == post_id
+    assert not tracks.moving.any()
 
 
 def test_a_hidden_person_is_kept_for_so_long_and_found_again():
