@@ -43,8 +43,8 @@ def _obstacles(header: Header, prediction: Prediction) -> list[Marker]:
     step = max(1, round(EVERY / prediction.times[1]))
     for k in range(0, len(prediction.times), step):
         way = prediction.velocity * prediction.times[k]
-        places = (prediction.centre + way)[owner] + prediction.points
-        radii = prediction.radii + (prediction.growth[owner, k] if k else 0.0)
+        places = (prediction.centre + way)[owner] + prediction.discs[:, :2]
+        radii = prediction.discs[:, 2] + (prediction.growth[owner, k] if k else 0.0)
         colour = _colour(GREY, 0.3) if k else _colour(RED, 1.0)
         height = PREDICTED_HEIGHT if k else PRESENT_HEIGHT
         for radius in np.unique(np.round(radii, 2)):

@@ -77,26 +77,21 @@ def _touch(distance: np.ndarray, times: np.ndarray) -> float:
 
 
 def exact(
-    prediction: Prediction, i: np.ndarray, t: np.ndarray, poses: np.ndarray, shape: Shape
+    prediction: Prediction,
+    i: np.ndarray,
+    t: np.ndarray,
+    poses: np.ndarray,
+    shape: Shape,
+    enough: np.ndarray | None = None,
 ) -> np.ndarray:
     """(Q,) [m] between obstacles `i` (Q,) at times `t` (Q,) and the robot at `poses` (Q, 3).
 
-    Without growth; negative where they overlap.
+    Without growth; negative where they overlap. Beyond `enough` (Q,) [m] a lower bound may be told.
     """
-    begin, lengths = prediction.start[i], np.diff(prediction.start)[i]
-    ends = np.cumsum(lengths)
-    which = np.arange(ends[-1] if len(ends) else 0) + np.repeat(begin - (ends - lengths), lengths)
-    if not len(i):
-        return np.empty(0)
     centre = prediction.centre[i] + prediction.velocity[i] * prediction.times[t][:, None]
-    x, y = _in_robot(centre, poses).T
-    c, s = np.repeat(np.cos(poses[:, 2]), lengths), np.repeat(np.sin(poses[:, 2]), lengths)
-    px, py = prediction.points[which].T
-    points = np.empty((len(which), 2))
-    points[:, 0] = c * px + s * py + np.repeat(x, lengths)
-    points[:, 1] = c * py - s * px + np.repeat(y, lengths)
-    distance = shape.distance(points) - prediction.radii[which]
-    return np.minimum.reduceat(distance, ends - lengths)
+    start, reach = prediction.start, prediction.radius
+    most = np.full(len(i), np.inf) if enough is None else enough
+    return shape.kernel.nearest(prediction.discs, start, reach, i, centre, poses, most)
 
 
 @dataclass(frozen=True)
@@ -133,14 +128,10 @@ def make_table(
     )
     far = enough + prediction.radius[which, None] + prediction.growth[which]
     n, k, t = _near_circles(places, motion, reachable + spacing, far + shape.reach)
-    # of these, those whose circle comes near the true shape of the robot
-    seen = _in_robot(places[n, t], motion.poses[k])
-    near = shape.at_least(seen) < far[n, t]
-    n, k, t = n[near], k[near], t[near]
     distance = np.full((len(which), len(motion.u), len(prediction.times)), enough)
-    if len(n):
-        true = exact(prediction, which[n], t, motion.poses[k], shape)
-        distance[n, k, t] = true - prediction.growth[which[n], t]
+    growth = prediction.growth[which[n], t]
+    true = exact(prediction, which[n], t, motion.poses[k], shape, enough + growth)
+    distance[n, k, t] = true - growth
     return Table(prediction.unknown[which], prediction.growth[which], distance, spacing)
 
 
@@ -152,13 +143,6 @@ def _near_circles(
     dy = places[:, None, :, 1] - motion.poses[:, None, 1]
     asked = motion.u[:, None] <= reachable
     return np.nonzero((dx * dx + dy * dy < (far * far)[:, None]) & asked)
-
-
-def _in_robot(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """`points` (Q, 2) as seen from `poses` (Q, 3)."""
-    x, y = (points - poses[:, :2]).T
-    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    return np.stack([c * x + s * y, c * y - s * x], axis=1)
 
 
 def _may_come(prediction: Prediction, motion: Motion, shape: Shape, enough: float) -> np.ndarray:

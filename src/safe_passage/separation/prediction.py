@@ -71,7 +71,7 @@ def carried_on(
 
 @dataclass(frozen=True)
 class Prediction:
-    """N obstacles at T times. A shape is discs around points, which all move along."""
+    """N obstacles at T times. A shape is discs, which all move along."""
 
     id: np.ndarray  # (N,)
     times: np.ndarray  # (T,) [s] from now, the first is 0
@@ -79,9 +79,8 @@ class Prediction:
     velocity: np.ndarray  # (N, 2) [m/s]; 0 where it is not known
     growth: np.ndarray  # (N, T) [m] by which the shape is enlarged
     unknown: np.ndarray  # (N,) bool: may come from anywhere, so it grows at human speed
-    points: np.ndarray  # (M, 2) [m] from the centre, one obstacle behind the other
-    radii: np.ndarray  # (M,) [m] of the discs
-    start: np.ndarray  # (N + 1,) where each obstacle's points begin
+    discs: np.ndarray  # (M, 3) [m] place from the centre and radius, one obstacle behind the other
+    start: np.ndarray  # (N + 1,) where each obstacle's discs begin
     radius: np.ndarray  # (N,) [m] of the circle about the centre that holds the shape
 
     def __len__(self) -> int:
@@ -105,10 +104,11 @@ def predict(obstacles: Obstacles, p: SeparationParameters) -> Prediction:
     points = np.concatenate([points for points, _ in shapes]) if shapes else np.empty((0, 2))
     radii = np.repeat([radius for _, radius in shapes], lengths)
     points = points - np.repeat(chosen.position, lengths, axis=0)
+    discs = np.column_stack([points, radii])
     reach = np.hypot(points[:, 0], points[:, 1]) + radii
     radius = np.maximum.reduceat(reach, start[:-1]) if shapes else np.empty(0)
     at = chosen.position
-    return Prediction(chosen.id, times, at, velocity, growth, unknown, points, radii, start, radius)
+    return Prediction(chosen.id, times, at, velocity, growth, unknown, discs, start, radius)
 
 
 def position_deviation(P: np.ndarray, times: np.ndarray, agility: float) -> np.ndarray:

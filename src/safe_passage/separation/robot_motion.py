@@ -8,18 +8,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Sequence, Tuple
 
 import numpy as np
 
+from safe_passage._separation import RobotShape
 from safe_passage.separation.parameters import SeparationParameters
 
 Velocity = Tuple[float, float, float]  # forward [m/s], left [m/s], turn [rad/s]
 
 STRIDE = 0.15  # [m] between two poses of a motion, at a distance of ARM [m] from base's origin
 ARM = 0.7
-FIELD_CELL, FIELD_RIM = 0.05, 1.0  # [m] of a platform's field of distances
 STILL = 1e-3  # [m/s], [rad/s] slower is standing
 
 
@@ -49,48 +48,22 @@ class Shape:
     padding: float  # [m] around it
     parts: Sequence[Part]
     reach: float  # [m] from base's origin to the farthest point
-
-    field: np.ndarray  # (F, F) [m] lower bounds of the platform's distance around base's origin
+    kernel: RobotShape  # knows the distances
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """(P,) [m] to `points` (P, 2) in the robot's frame; negative: so deep inside."""
-        return self._with_parts(points, _to_platform(points, self.corners) - self.padding)
-
-    def at_least(self, points: np.ndarray) -> np.ndarray:
-        """The same, at most a few cm less, in a fraction of the time."""
-        middle = len(self.field) // 2
-        cells = (points * (1.0 / FIELD_CELL) + (middle + 0.5)).astype(np.int64)
-        column, row = np.clip(cells, 0, len(self.field) - 1).T
-        return self._with_parts(points, self.field[row, column] - self.padding)
-
-    def _with_parts(self, points: np.ndarray, nearest: np.ndarray) -> np.ndarray:
-        for part in self.parts:
-            limb = _to_segment(points, np.array(part.start), np.array(part.end)) - part.radius
-            nearest = np.minimum(nearest, limb)
-        return nearest
+        """(P,) [m] to `points` (P, 2) in the robot's frame; inside negative, as deep as it is."""
+        return self.kernel.distance(points)
 
 
 def make_shape(p: SeparationParameters, parts: Sequence[Part] = ()) -> Shape:
     """Platform and parts."""
-    outline = p.footprint or ((0.0, 0.0),)
+    corners = np.array(p.footprint or [(0.0, 0.0)], float)
     padding = p.footprint_padding + p.robot_radius
-    reach = max(math.hypot(*corner) for corner in outline) + padding
+    reach = float(np.hypot(corners[:, 0], corners[:, 1]).max()) + padding
     for part in parts:
         reach = max(reach, max(math.hypot(*part.start), math.hypot(*part.end)) + part.radius)
-    return Shape(np.array(outline, float), padding, parts, reach, _field(outline))
-
-
-@lru_cache(maxsize=8)
-def _field(outline: tuple[tuple[float, float], ...]) -> np.ndarray:
-    """Distances at the middles of cells, less what a point in the cell may be nearer.
-
-    Beyond the border that of the border is one, too: the way to the platform leads through it.
-    """
-    half = math.ceil((max(math.hypot(*corner) for corner in outline) + FIELD_RIM) / FIELD_CELL)
-    line = FIELD_CELL * np.arange(-half, half + 1)
-    points = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
-    found = _to_platform(points, np.array(outline, float)) - FIELD_CELL * math.sqrt(0.5)
-    return found.reshape(len(line), len(line))
+    limbs = np.array([(*part.start, *part.end, part.radius) for part in parts]).reshape(-1, 5)
+    return Shape(corners, padding, parts, reach, RobotShape(corners, padding, limbs))
 
 
 @dataclass(frozen=True)
@@ -187,32 +160,3 @@ def _along(way: np.ndarray, covered: np.ndarray, backwards: bool) -> np.ndarray:
     turned = np.unwrap(np.concatenate([[0.0, first], heading[1:]]))
     yaw = np.interp(covered, np.concatenate([[0.0], middle]), turned)
     return np.stack([x, y, yaw], axis=1)
-
-
-def _to_platform(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """(P,) [m] from `points` (P, 2) to a polygon or a single corner; negative inside."""
-    nearest = np.full(len(points), np.inf)
-    for start, end in zip(corners, np.roll(corners, -1, axis=0)):
-        nearest = np.minimum(nearest, _to_segment(points, start, end))
-    if len(corners) > 1:
-        nearest[_inside(corners, points)] *= -1.0
-    return nearest
-
-
-def _to_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """(P,) [m] from `points` (P, 2) to the line between two points."""
-    along, dx, dy = end - start, points[:, 0] - start[0], points[:, 1] - start[1]
-    if along.any():
-        share = np.clip((dx * along[0] + dy * along[1]) / (along @ along), 0.0, 1.0)
-        dx, dy = dx - share * along[0], dy - share * along[1]
-    return np.sqrt(dx * dx + dy * dy)
-
-
-def _inside(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """(P,) whether `points` (P, 2) are in the polygon, by the crossings of a ray."""
-    inside = np.zeros(len(points), bool)
-    x, y = points[:, 0], points[:, 1]
-    for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0)):
-        if ay != by:
-            inside ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) * (bx - ax) / (by - ay))
-    return inside

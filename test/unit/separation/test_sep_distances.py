@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from safe_passage.core.geometry import placed, rotation
+from safe_passage.core.geometry import outline, placed, rotation
 from safe_passage.monitoring.motion import predict as filter_predict
 from safe_passage.separation import Part, RobotState, SeparationMonitor, no_obstacles
 from safe_passage.separation.distances import exact, make_table, nearest_along
@@ -99,13 +99,35 @@ def test_large_shapes_are_covered_by_few_discs():
     cells = 0.1 * (np.stack(np.meshgrid(np.arange(40), np.arange(20)), -1).reshape(-1, 2) + 0.5)
     one = people((2.0, 1.0, 0.0, 0.0))
     prediction = predict(type(one)(**{**vars(one), "cells": [cells]}), parameters())
-    assert len(prediction.points) <= 32
-    discs = prediction.points + prediction.centre
+    assert len(prediction.discs) <= 32
+    discs = prediction.discs[:, :2] + prediction.centre
     corners = (cells[:, None] + 0.05 * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])).reshape(
         -1, 2
     )
-    away = np.linalg.norm(corners[:, None] - discs, axis=-1) - prediction.radii
+    away = np.linalg.norm(corners[:, None] - discs, axis=-1) - prediction.discs[:, 2]
     assert away.min(axis=1).max() <= 1e-9
+
+
+places = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+
+
+@given(places, st.floats(0.0, 0.3))
+def test_shapes_that_are_not_convex_and_parts(place, padding):
+    """Against thousands of points along the outline, and another rule for what is inside."""
+    corners = ((1.0, 0.5), (0.2, 0.0), (1.0, -0.5), (-1.0, -0.5), (-1.0, 0.5))
+    arm = Part((0.0, 0.0), (2.0, 1.0), 0.2)
+    p = parameters(footprint=corners, footprint_padding=padding)
+    shape = make_shape(p, [arm])
+    along = outline(np.array(corners), 0.001)
+    way = np.linspace(0.0, 1.0, 3000)[:, None] * np.array(arm.end)
+    to_edge = np.linalg.norm(along - place, axis=1).min()
+    x, y = place
+    notch = x > 0.2 and abs(y) <= 0.5 * (x - 0.2) / 0.8
+    inside = abs(x) < 1.0 and abs(y) < 0.5 and not notch
+    platform = (-to_edge if inside else to_edge) - padding
+    limb = np.linalg.norm(way - place, axis=1).min() - 0.2
+    found = shape.distance(np.array([place]))[0]
+    assert found == pytest.approx(min(platform, limb), abs=2e-3)
 
 
 states = st.lists(
