@@ -20,6 +20,7 @@ from safe_passage.evaluation.separation_runs import (
     CYCLE_STEPS,
     crossing_robot,
     lidar_tracker,
+    measured,
 )
 from safe_passage.evaluation.tracking_catalogue import HALL
 from safe_passage.evaluation.tracking_recording import SCAN_STEPS
@@ -27,7 +28,6 @@ from safe_passage.monitoring.aggregation import Measurement
 from safe_passage.monitoring.person_looks import Look, View, places_of
 from safe_passage.monitoring.persons import PersonLabelParameters, PersonLabels, Persons
 from safe_passage.monitoring.pipeline import ObstacleTracker, Snapshot
-from safe_passage.monitoring.preprocessing import scan_points
 from safe_passage.simulation.drive import Twist
 from safe_passage.simulation.people_assets import list_people
 from safe_passage.simulation.robots import LidarModel
@@ -129,7 +129,7 @@ class _Follower:
             for i, lidar in enumerate(arena.robot.lidars):
                 if step % SCAN_STEPS == (SCAN_STEPS // 2 * i) % SCAN_STEPS:
                     ranges = arena.scan(lidar).ranges
-                    pending.append(self._measurement(lidar, ranges))
+                    pending.append(measured(arena, lidar, ranges, self._sources[lidar.name]))
                     if i == 0 and arena.time > self._first + FIRST:
                         rows.append(self._merge(lidar, ranges))
             if step % CYCLE_STEPS == 0:
@@ -138,12 +138,6 @@ class _Follower:
         arena.close()
         error, in_view, strangers, times = (np.array(column) for column in zip(*rows))
         return Followed(error, in_view, strangers, times)
-
-    def _measurement(self, lidar: LidarModel, ranges: np.ndarray) -> Measurement:
-        first, second = lidar.angles()[:2]
-        source = self._sources[lidar.name]
-        points = scan_points(ranges, first, second - first, lidar.pose_in_base(), source)
-        return Measurement(lidar.name, self._arena.time, self._arena.base.odometry, points)
 
     def _person(self) -> Pose:
         """Frame of the odometry, as seen from the robot."""

@@ -17,7 +17,7 @@ from safe_passage.evaluation.separation_crossings import SETTLE, STEP, Crossing,
 from safe_passage.evaluation.tracking_recording import SCAN_STEPS, SEEN_BEAMS
 from safe_passage.evaluation.tracking_runs import tracker_parameters
 from safe_passage.monitoring.aggregation import Measurement
-from safe_passage.monitoring.parameters import TrackerParameters
+from safe_passage.monitoring.parameters import SourceParameters, TrackerParameters
 from safe_passage.monitoring.pipeline import ObstacleTracker, Snapshot
 from safe_passage.monitoring.preprocessing import scan_points
 from safe_passage.separation import (
@@ -167,13 +167,8 @@ class _Loop:
             scan = arena.scan(lidar)
             if self._seen < 0 and (scan.persons >= 0).sum() >= SEEN_BEAMS:
                 self._seen = step - 1
-            self._pending.append(self._measurement(lidar, scan.ranges))
-
-    def _measurement(self, lidar: LidarModel, ranges: np.ndarray) -> Measurement:
-        first, second = lidar.angles()[:2]
-        source = self._sources[lidar.name]
-        points = scan_points(ranges, first, second - first, lidar.pose_in_base(), source)
-        return Measurement(lidar.name, self._arena.time, self._arena.base.odometry, points)
+            source = self._sources[lidar.name]
+            self._pending.append(measured(arena, lidar, scan.ranges, source))
 
     def _cycle(self, step: int, person: PersonState) -> tuple[float, ...]:
         """Stamp, allowed scale, danger, time taken, deciding track, the person's track."""
@@ -207,6 +202,16 @@ class _Loop:
         arena = self._arena
         truth = _truth(person, arena.base)
         return self._truth.assess(arena.time, truth, robot, command).scale < 1.0
+
+
+def measured(
+    simulator: Simulator, lidar: LidarModel, ranges: np.ndarray, source: SourceParameters
+) -> Measurement:
+    """A scan taken now, as the tracker takes it."""
+    first, second = lidar.angles()[:2]
+    points = scan_points(ranges, first, second - first, lidar.pose_in_base(), source)
+    origin = lidar.x, lidar.y
+    return Measurement(lidar.name, simulator.time, simulator.base.odometry, points, origin)
 
 
 def obstacles_of(snapshot: Snapshot) -> Obstacles:
