@@ -25,7 +25,7 @@ class Nearest:
 
 
 def nearest_along(prediction: Prediction, poses: np.ndarray, shape: Shape) -> Nearest:
-    """Along `poses` (T, 3) of base at the prediction's times.
+    """Along `poses` (T, 3) of base at the prediction's first T times.
 
     Everything that is reported is exact; the bounds only spare what cannot be the nearest.
     """
@@ -34,10 +34,11 @@ def nearest_along(prediction: Prediction, poses: np.ndarray, shape: Shape) -> Ne
         none = np.empty((0, len(poses)))
         return Nearest(none[:, 0], none, -1, np.inf, np.inf, np.inf)
     every = np.arange(len(poses))
-    places = prediction.centre[:, None] + prediction.velocity[:, None] * prediction.times[:, None]
+    times, growth = prediction.times[every], prediction.growth[:, every]
+    places = prediction.centre[:, None] + prediction.velocity[:, None] * times[:, None]
     apart = np.hypot(*np.moveaxis(places - poses[:, :2], -1, 0))
     bound = np.maximum(apart - prediction.radius[:, None] - shape.reach, 0.0)
-    distance = np.maximum(bound - prediction.growth, 0.0)
+    distance = np.maximum(bound - growth, 0.0)
     present = bound[:, 0]
     order = np.argsort(np.minimum(distance.min(axis=1), present))
     best = np.inf
@@ -48,7 +49,7 @@ def nearest_along(prediction: Prediction, poses: np.ndarray, shape: Shape) -> Ne
         i, t = np.repeat(batch, len(every)), np.tile(every, len(batch))
         true = exact(prediction, i, t, poses[t], shape).reshape(len(batch), -1)
         present[batch] = np.maximum(true[:, 0], 0.0)
-        distance[batch] = np.maximum(true - prediction.growth[batch], 0.0)
+        distance[batch] = np.maximum(true - growth[batch], 0.0)
         best = max(distance.min(), present.min())
     return _summary(prediction, present, distance)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ class Courses:
         self, motion: Motion, now: float, times: np.ndarray, p: SeparationParameters
     ) -> None:
         self._t, self._now, self._reaction = times, now, p.reaction_time
+        self._horizon = p.horizon + 0.5 * p.step
         self._braking = max(stopping_time(motion.speed, motion.turn, p), 1e-9)
         rising = motion.speed / p.acceleration, motion.turn / p.angular_deceleration
         self._speeding = max(*rising, 1e-9)
@@ -56,8 +57,10 @@ class Courses:
 
     @property
     def reach(self) -> np.ndarray:
-        """(T,) largest u."""
-        return max(1.0, self._now) * self._t
+        """(T,) largest u; beyond the horizon only of who stops."""
+        fastest = max(1.0, self._now)
+        stopped = self.stop(np.array([fastest]))[0]
+        return np.where(self._t <= self._horizon, fastest * self._t, stopped)
 
 
 @dataclass(frozen=True)
@@ -83,12 +86,16 @@ def largest_scale(
     A scale may be chosen if the robot, going on so, keeps the distance over the whole horizon; or
     if it does so by stopping after the next cycle; or if the way leads out of what is too near
     already; or if stopping is in somebody's way and going on leaves more room. Who `hurries` on so
-    already needs a better reason to stop.
+    already needs a better reason to stop. What is too near only because it may have strayed from
+    its way by then does not stop the robot, but makes it slow.
     """
     if motion.stands or not len(table.distance):
         return Allowed(1.0, 1.0)
     judge = _Judge(table, courses, times, motion, p)
     largest, with_margin = (_largest(judge, kept) for kept in (p.kept, p.kept + p.release_margin))
+    cautious = _slow_scale(motion, p.cautious_speed, p)
+    if largest < cautious:
+        largest = max(largest, _cautiously(judge.without_growth(), cautious, p.kept))
     through = judge.best_way_through(p.kept, hurries) if largest <= 0.0 else 0.0
     scale = max(largest, through)
     return Allowed(scale, max(with_margin, through), judge.inside(p.kept), through > 0.0)
@@ -104,6 +111,17 @@ def _largest(judge: _Judge, kept: float) -> float:
     return found if found >= LEAST else 0.0
 
 
+def _cautiously(judge: _Judge, most: float, kept: float) -> float:
+    """The largest of a few scales up to `most` that may be chosen."""
+    scales = np.linspace(0.0, most, 5)
+    return float(scales[judge.may(scales, kept)].max())
+
+
+def _slow_scale(motion: Motion, speed: float, p: SeparationParameters) -> float:
+    """The scale at which the robot has `speed` [m/s], and turns no faster than to escape."""
+    return min(speed / max(motion.speed, 1e-9), p.escape_turn / max(motion.turn, 1e-9), 1.0)
+
+
 class _Judge:
     """Whether scales may be chosen."""
 
@@ -116,14 +134,22 @@ class _Judge:
         p: SeparationParameters,
     ) -> None:
         self._table, self._courses, self._times, self._p = table, courses, times, p
+        self._ahead = int(np.sum(times <= p.horizon + 0.5 * p.step))  # moments in the horizon
         self._brake = table.along(courses.brake)[:, 0]
         touched = self._brake + table.growth <= 0.0
         touched[touched[:, 0]] = False  # a robot in touch may leave
         self._touches = touched.any(axis=1)
-        self._end = np.where(self._touches, touched.argmax(axis=1), len(times) - 1)
-        self._escape = min(
-            p.escape_speed / max(motion.speed, 1e-9), p.escape_turn / max(motion.turn, 1e-9), 1.0
-        )
+        last = self._ahead - 1
+        self._end = np.where(self._touches, np.minimum(touched.argmax(axis=1), last), last)
+        self._escape = _slow_scale(motion, p.escape_speed, p)
+        self._motion = motion
+
+    def without_growth(self) -> _Judge:
+        """The same if uncertainty stayed as it is; those who may come from anywhere still may."""
+        table = self._table
+        more = np.where(table.unknown[:, None], 0.0, table.growth - table.growth[:, :1])
+        now = replace(table, growth=table.growth - more, distance=table.distance + more[:, None])
+        return _Judge(now, self._courses, self._times, self._motion, self._p)
 
     def inside(self, kept: float) -> bool:
         """Whether something is too near already."""
@@ -131,14 +157,16 @@ class _Judge:
 
     def may(self, scale: np.ndarray, kept: float) -> np.ndarray:
         """(S,) bool; standing, 0, always may be chosen."""
-        on = self._table.along(self._courses.go_on(scale))
+        on = self._on(scale)
         stop = self._table.along(self._courses.stop(scale))
         # who may come from anywhere must be kept off until the robot stands, by stopping
         step = self._times[1]
         over = self._times > self._courses.stands(scale)[:, None] + step - 1e-9
         any_way = self._table.unknown
         stop[any_way] = np.where(over, np.inf, stop[any_way])
-        free = _all(np.where(any_way[:, None, None], stop, on) >= kept) | _all(stop >= kept)
+        enough = stop >= kept
+        free = _all((on >= kept) | any_way[:, None, None]) & _all(enough[any_way])
+        free |= _all(enough)
         out = self._leads_out(on, kept)
         if self.inside(kept):
             out &= (scale <= self._escape) | self._must_hurry(on.min(axis=(0, 2)))
@@ -149,10 +177,10 @@ class _Judge:
 
         If braking leads to a touch, it must be better until then; after that nothing is compared.
         """
-        near = self._brake < kept
-        floor = np.where(near, self._brake - self._p.tolerance, kept)
+        brake = self._brake[:, : self._ahead]
+        floor = np.where(brake < kept, brake - self._p.tolerance, kept)
         n, end = np.arange(len(on)), self._end
-        last = np.minimum(self._brake[n, end] + np.where(self._touches, SAME, -SAME), kept)
+        last = np.minimum(brake[n, end] + np.where(self._touches, SAME, -SAME), kept)
         after = np.arange(on.shape[2]) > end[:, None]
         better = (on >= floor[:, None]) | after[:, None]
         return _all(better) & (on[n, :, end] >= last[:, None]).all(axis=0)
@@ -166,7 +194,7 @@ class _Judge:
         stopped = (self._brake + growth).min()
         if stopped >= kept or self._table.unknown.any():
             return 0.0
-        on = self._table.along(self._courses.go_on(COARSE)) + growth[:, None]
+        on = self._on(COARSE) + growth[:, None, : self._ahead]
         least = on.min(axis=(0, 2))
         most = min(least.max(), kept)
         gain = -self._p.advantage if hurries else self._p.advantage
@@ -176,8 +204,11 @@ class _Judge:
 
     def _must_hurry(self, least: np.ndarray) -> np.ndarray:
         """Going out slowly would let somebody come nearer."""
-        slowly = self._courses.go_on(np.array([self._escape]))
-        return least > self._table.along(slowly).min() + SAME
+        return least > self._on(np.array([self._escape])).min() + SAME
+
+    def _on(self, scale: np.ndarray) -> np.ndarray:
+        """(n, S, T) [m] going on, within the horizon."""
+        return self._table.along(self._courses.go_on(scale)[:, : self._ahead])
 
 
 class Release:

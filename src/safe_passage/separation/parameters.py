@@ -18,10 +18,11 @@ class SeparationParameters:
 
     stationary_obstacles: bool = False  # keep away from what has never moved, too
     horizon: float = 3.0  # [s] that is looked ahead
+    stop_horizon: float = 6.0  # [s] for which a place to stop at must stay clear
     step: float = 0.1  # [s] between two moments looked at
 
     agility: float = 0.1  # [m^2/s^3] noise of the prediction: speed changes by its root in a second
-    sigmas: float = 2.0  # standard deviations by which a predicted shape is enlarged (Z_d)
+    sigmas: float = 1.0  # standard deviations by which a predicted shape is enlarged (Z_d)
     max_growth: float = 0.25  # [m] of a shape; of what is farther ahead more will be known in time
     human_speed: float = 1.6  # [m/s] towards the robot, of whom no speed is known
     max_speed_deviation: float = 1.2  # [m/s] a velocity that is less certain counts as not known
@@ -39,6 +40,7 @@ class SeparationParameters:
     rise_rate: float = 1.0  # [1/s] by which the scale rises, at most
     escape_speed: float = 0.3  # [m/s] when it leaves what is nearer than min_distance
     escape_turn: float = 0.5  # [rad/s] the same of a turn
+    cautious_speed: float = 0.2  # [m/s] where not a shape but only its growth would be too near
     tolerance: float = 0.05  # [m] by which a way out may come nearer on its way
     advantage: float = 0.1  # [m] more room by which driving on beats stopping in somebody's way
 
@@ -63,6 +65,7 @@ class SeparationParameters:
         check_flag("worst_case", self.worst_case)
         check_range("step", self.step, 0.01, 1.0, "s")
         check_range("horizon", self.horizon, 2 * self.step, 20.0, "s")
+        check_range("stop_horizon", self.stop_horizon, self.horizon, 60.0, "s")
         check_range("agility", self.agility, 0.0, 100.0, "m^2/s^3")
         check_range("sigmas", self.sigmas, 0.0, 10.0, "")
         check_range("max_growth", self.max_growth, 0.0, 10.0, "m")
@@ -78,6 +81,7 @@ class SeparationParameters:
         check_range("release_time", self.release_time, 0.0, 60.0, "s")
         check_range("rise_rate", self.rise_rate, 0.01, 1000.0, "1/s")
         check_range("escape_speed", self.escape_speed, 0.01, 5.0, "m/s")
+        check_range("cautious_speed", self.cautious_speed, 0.0, 5.0, "m/s")
         check_range("escape_turn", self.escape_turn, 0.01, 10.0, "rad/s")
         check_range("tolerance", self.tolerance, 0.0, 1.0, "m")
         check_range("advantage", self.advantage, 0.0, 5.0, "m")

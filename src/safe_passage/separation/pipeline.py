@@ -118,8 +118,8 @@ class SeparationMonitor:
         now = _share(robot.twist, command, self._shape.reach)
         motion = plan_motion(command, robot.path, max(1.0, now) * p.horizon, p)
         courses = Courses(motion, now, prediction.times, p)
-        poses = motion.at(prediction.times)
-        nearest = nearest_along(prediction, poses, self._shape)
+        ahead = prediction.times[prediction.times <= p.horizon + 0.5 * p.step]
+        nearest = nearest_along(prediction, motion.at(ahead), self._shape)
         enough = p.kept + p.release_margin + p.tolerance
         table = make_table(prediction, motion, self._shape, courses.reach, enough)
         allowed = largest_scale(table, courses, prediction.times, motion, self._release.hurries, p)

@@ -11,6 +11,7 @@ import numpy as np
 from safe_passage.core.geometry import Pose, rotation
 from safe_passage.separation.parameters import SeparationParameters
 
+SPARSE = 3  # steps between two moments beyond the horizon
 MOST_CELLS = 32  # of an obstacle; a larger one is looked at in larger cells
 
 
@@ -74,7 +75,7 @@ class Prediction:
     """N obstacles at T times. A shape is discs, which all move along."""
 
     id: np.ndarray  # (N,)
-    times: np.ndarray  # (T,) [s] from now, the first is 0
+    times: np.ndarray  # (T,) [s] from now, the first is 0; beyond the horizon only for stops
     centre: np.ndarray  # (N, 2) [m] now
     velocity: np.ndarray  # (N, 2) [m/s]; 0 where it is not known
     growth: np.ndarray  # (N, T) [m] by which the shape is enlarged
@@ -91,7 +92,7 @@ def predict(obstacles: Obstacles, p: SeparationParameters) -> Prediction:
     """Constant velocity over the horizon, for those that count."""
     counts = obstacles.moving | obstacles.person | p.stationary_obstacles
     chosen = obstacles.keep(counts) if not np.all(counts) else obstacles
-    times = np.arange(0.0, p.horizon + 0.5 * p.step, p.step)
+    times = _times(p)
     P = chosen.covariance
     spread = np.sqrt(_largest_variance(P[:, None, 2:, 2:]))[:, 0]
     unknown = (spread > p.max_speed_deviation) | p.worst_case
@@ -109,6 +110,13 @@ def predict(obstacles: Obstacles, p: SeparationParameters) -> Prediction:
     radius = np.maximum.reduceat(reach, start[:-1]) if shapes else np.empty(0)
     at = chosen.position
     return Prediction(chosen.id, times, at, velocity, growth, unknown, discs, start, radius)
+
+
+def _times(p: SeparationParameters) -> np.ndarray:
+    """(T,) [s] every `step` up to the horizon, then every so many, up to the stops' horizon."""
+    near = np.arange(0.0, p.horizon + 0.5 * p.step, p.step)
+    count = round((p.stop_horizon - near[-1]) / (SPARSE * p.step))
+    return np.concatenate([near, near[-1] + SPARSE * p.step * np.arange(1, count + 1)])
 
 
 def position_deviation(P: np.ndarray, times: np.ndarray, agility: float) -> np.ndarray:

@@ -196,3 +196,23 @@ def test_where_stopping_is_in_the_way_the_robot_clears_it():
     """Somebody is about to walk onto the robot's front; driving on it is past in time."""
     found = assess(people((0.75, -1.7, 0.0, 1.0)), (1.5, 0.0, 0.0))
     assert found.scale == 1.0
+
+
+def test_what_only_its_uncertainty_brings_too_near_makes_it_slow():
+    """He walks up to the robot's front; it is sure where he is, not where he will be."""
+    near = people((0.6 + 3.0 + BODY + KEPT + 0.3, 0.0, -1.0, 0.0))
+    covariance = np.tile(np.diag([0.0, 0.0, 0.04, 0.04]), (1, 1, 1))
+    unsure = type(near)(**{**vars(near), "covariance": covariance})
+    assert assess(near, twist=(0.0,) * 3, stop_horizon=3.0).scale == pytest.approx(0.45, abs=0.05)
+    found = assess(unsure, twist=(0.0,) * 3, stop_horizon=3.0, max_growth=2.0)
+    assert found.scale == pytest.approx(0.2, abs=0.01)
+    sure_to_stop = assess(
+        unsure, twist=(0.0,) * 3, stop_horizon=3.0, max_growth=2.0, cautious_speed=0.0
+    )
+    assert sure_to_stop.scale == 0.0
+
+
+def test_a_place_to_stop_at_stays_clear():
+    """Driving on meets him at once, stopping later; either way it must not drive on."""
+    comes = people((6.5, 0.0, -1.0, 0.0))
+    assert assess(comes, stop_horizon=3.0).scale > assess(comes, stop_horizon=6.0).scale
