@@ -6,13 +6,14 @@ A run ends when robot and person touch: nobody walks on through a robot.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from safe_passage.core.geometry import compose, inverse, rotation
+from safe_passage.core.reading import build, read_yaml
 from safe_passage.evaluation.separation_crossings import SETTLE, STEP, Crossing, hall
 from safe_passage.evaluation.tracking_recording import SCAN_STEPS, SEEN_BEAMS
 from safe_passage.evaluation.tracking_runs import tracker_parameters
@@ -95,9 +96,13 @@ def lidar_tracker(config: Path) -> TrackerParameters:
     return replace(parameters, sources=flat)
 
 
+@lru_cache(maxsize=1)
 def separation_parameters(config: Path) -> SeparationParameters:
-    """The monitor's defaults for the robot."""
-    return SeparationParameters(footprint=crossing_robot(config).footprint)
+    """Those of the node's own yaml for the robot."""
+    values = read_yaml(config / "separation_monitor.yaml")
+    known = {field.name for field in fields(SeparationParameters)}
+    kept = {key: value for key, value in values.items() if key in known}
+    return build(SeparationParameters, kept, "separation_monitor")
 
 
 def run_crossing(crossing: Crossing, config: Path, static: bool = False) -> Run:
