@@ -53,6 +53,10 @@ def test_the_one_who_comes_first_decides_among_many():
     assert found.present_distance == pytest.approx(math.hypot(0.8, 2.04) - 0.1 * math.sqrt(0.5))
 
 
+def test_not_the_nearest_now_but_the_one_whom_it_will_meet_decides():
+    assert assess(people((0.0, 1.0, 0.0, 0.0), (2.5, 0.0, 0.0, 0.0))).obstacle_id == 2
+
+
 def test_nobody():
     found = assess(no_obstacles())
     assert math.isinf(found.present_distance) and math.isinf(found.predicted_distance)
@@ -172,7 +176,7 @@ def test_the_table_is_exact_where_it_matters(given_states, command, scale):
     for i in range(len(prediction)):
         where = np.full(len(poses), i)
         true = exact(prediction, where, np.arange(len(poses)), poses, shape) - prediction.growth[i]
-        near = (true < enough - 0.05) & (prediction.times <= p.horizon)
+        near = (true > 0.0) & (true < enough - 0.05) & (prediction.times <= p.horizon)
         if near.any():
             row = np.abs(low[:, near] - true[near]).max(axis=1)
             assert row.min() < 0.05

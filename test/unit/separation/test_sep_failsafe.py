@@ -62,6 +62,21 @@ def test_a_tracker_that_started_anew_must_settle(stamp, ids, ages):
         assert found is (Reason.OK if k >= 14 else Reason.TRACKER_RESTARTED), k
 
 
+@pytest.mark.parametrize(
+    "stamp, ids, ages",
+    [
+        (99.5, IDS[:0], AGES[:0]),  # only the stamp goes back
+        (100.0, IDS[2:], np.array([0.1])),  # only the newest is younger
+        (100.0, np.array([1]), np.array([0.1])),  # only a low number is used again
+    ],
+)
+def test_each_sign_of_a_restart_is_enough(stamp, ids, ages):
+    judge = supervisor()
+    judge.saw_tracks(99.95, IDS[2:], AGES[2:] + 0.05)  # the old ones are gone
+    judge.saw_tracks(stamp, ids, ages)
+    assert judge.judge(with_(tracks=stamp)) is Reason.TRACKER_RESTARTED
+
+
 def test_a_track_that_was_confirmed_late_is_no_restart():
     """Its number is low because it was born long ago."""
     judge = supervisor()

@@ -193,9 +193,17 @@ def test_a_stop_for_another_reason_is_released_by_itself_and_slowly():
 
 
 def test_where_stopping_is_in_the_way_the_robot_clears_it():
-    """Somebody is about to walk onto the robot's front; driving on it is past in time."""
-    found = assess(people((0.75, -1.7, 0.0, 1.0)), (1.5, 0.0, 0.0))
-    assert found.scale == 1.0
+    """He comes at a slant: a robot that brakes is where he will be, one that goes on is past."""
+    comes, fast = people((3.6, -1.7, -0.6, 0.4)), (1.2, 0.0, 0.0)
+    found = assess(comes, fast)
+    assert (found.scale, found.time_to_collision) == (1.0, math.inf)
+    assert 0.1 < found.predicted_distance < KEPT
+    monitor = SeparationMonitor(parameters())
+    monitor.refuse(0.0, Reason.STALE_TRACKS)
+    assert monitor.assess(0.1, comes, RobotState(fast), fast).scale == 1.0  # no time to wait
+    monitor = SeparationMonitor(parameters())
+    monitor.assess(0.0, comes, RobotState(), fast)  # stands, and may wait for him
+    assert monitor.limit(fast)[1].scale < 1.0
 
 
 def test_what_only_its_uncertainty_brings_too_near_makes_it_slow():
