@@ -84,9 +84,8 @@ class SeparationMonitorNode:
         missing = assessment.reason in (Reason.NO_TF, Reason.SENSOR_SILENT)
         state = to_state(assessment, header, self._inputs.detail if missing else "")
         self._state_pub.publish(state)
-        if assessment.reason is not self._reason and max(
-            assessment.reason, self._reason
-        ) > Reason.ESCAPE:
+        changed = assessment.reason is not self._reason
+        if changed and max(assessment.reason, self._reason) > Reason.ESCAPE:
             rospy.loginfo(f"separation monitor: {state.text}")
         self._reason = assessment.reason
         if (now - self._drawn).to_sec() * self._p.debug_rate < 0.99:
