@@ -20,6 +20,7 @@ from safe_passage.monitoring.free_space import FreeSpace
 from safe_passage.monitoring.fusion_grid import Fusion
 from safe_passage.monitoring.hypotheses import describe
 from safe_passage.monitoring.parameters import TrackerParameters
+from safe_passage.monitoring.pipeline import IN_STRIDE
 from safe_passage.monitoring.preprocessing import outside
 from safe_passage.monitoring.ragged import Ragged
 
@@ -52,7 +53,8 @@ class Detector:
             self._aggregator.add(replace(one, points=one.points[kept]))
         grid = self._fusion.fuse(self._aggregator.points(stamp, pose))
         grid = self._free_space.judged(grid, pose, stamp)
-        labels = cluster(grid, self._p.min_points, self._p.body_size, np.empty((0, 2)))
+        body = self._p.body_size
+        labels = cluster(grid, self._p.min_points, body, IN_STRIDE * body, np.empty((0, 2)))
         order = np.argsort(labels, kind="stable")
         order = order[np.searchsorted(labels[order], 0) :]
         features = describe(grid, Ragged.of_lengths(order, np.bincount(labels[order])))

@@ -10,10 +10,11 @@ from safe_passage.monitoring.fusion_grid import FusionGrid
 STRIDE = 2  # cells between two legs
 LEAST_NEW = 3  # cells of a thing that has come, and of what it has come to
 MOSTLY = 0.5  # share of a cluster's cells
-IN_STRIDE = 1.3  # bodies long is a walker in scans that are put together
 
 
-def cluster(grid: FusionGrid, min_points: int, body: float, walkers: np.ndarray) -> np.ndarray:
+def cluster(
+    grid: FusionGrid, min_points: int, body: float, walker: float, walkers: np.ndarray
+) -> np.ndarray:
     """Cluster (K,) of each obstacle cell by 8-adjacency, numbered from 0; -1: too few points.
 
     What has come to something larger than a body is a cluster of its own, and what has come side by
@@ -21,13 +22,14 @@ def cluster(grid: FusionGrid, min_points: int, body: float, walkers: np.ndarray)
 
     Args:
         body: [m] size of a cluster that may be one person's legs.
+        walker: [m] so long is one in stride, in scans that are put together.
         walkers: (W, 2) [m] where those are expected who are known to walk, frame base.
     """
     if not len(grid.cell):
         return np.empty(0, np.int64)
     label = _components(grid, np.ones(len(grid.cell), bool))[grid.cell]
     label = _without_newcomers(grid, label, body)
-    label = _with_both_legs(grid, label, IN_STRIDE * body, walkers)
+    label = _with_both_legs(grid, label, walker, walkers)
     points = np.bincount(label, weights=grid.counts.sum(axis=1))
     enough = (points >= min_points) & ~_gone(grid, label)
     number = np.where(enough, np.cumsum(enough) - 1, -1)

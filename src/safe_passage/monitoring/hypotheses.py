@@ -20,6 +20,7 @@ from safe_passage.monitoring.ragged import Ragged, gather, moments
 
 LARGELY = 0.5  # share of a track's cells on a cluster
 MOST_PARTS = 6  # of which every pair is tried; of more only all together
+APART_BY = 1.5  # times the largest piece of it is a moving thing long
 APART = 1e3  # [m] between clusters, so that one search keeps them apart
 
 
@@ -49,6 +50,7 @@ class Rules:
     composite_overlap: float  # share of a cluster's cells that a track must cover; > 1: never
     split_overlap: float  # share of a track's cells that a cluster must cover; > 1: never
     body: float  # [m] a cluster of this size may be one person
+    walker: float  # [m] so long is one in stride, in scans that are put together
     moving: np.ndarray  # (N,) bool, of the tracks: one of those that share a cluster must move
     established: np.ndarray  # (N,) bool: only such may share a cluster of a body's size
     bodies: np.ndarray  # (B, 2) [m] where tracks of a body's size should be, frame base
@@ -96,12 +98,14 @@ def propose(
         if len(whole) > 1:
             sets.update(((part,), None) for part in whole)
     parts = atoms.of_track(cover.covered(rules, came))
-    for own in [*parts.values(), *_bodies(grid, clusters, sizes, atoms, rules)]:
-        if len(own) > 1:
-            sets[tuple(own)] = None
-        if 2 < len(own) <= MOST_PARTS:
-            sets.update((pair, None) for pair in combinations(own, 2))
-    chosen = list(sets)
+    for track, own in parts.items():
+        unions = _unions(own)
+        if rules.moving[track]:
+            unions = [own for own in unions if atoms.are_near(own, grid.position, rules.walker)]
+        sets.update((own, None) for own in unions)
+    for own in _bodies(grid, clusters, sizes, atoms, rules):
+        sets.update((own, None) for own in _unions(own))
+    chosen = [own for own in sets if not atoms.joins_two(own, rules.moving & rules.established)]
     fallen = (cover.track_share >= LARGELY) & (sizes <= rules.body)
     cells = atoms.cells.unions(chosen)
     return Hypotheses(
@@ -113,6 +117,12 @@ def propose(
         atoms.claimants(chosen, fallen),
         _overlaps(chosen, parts, cover, atoms),
     )
+
+
+def _unions(own: Sequence[int]) -> list[tuple[int, ...]]:
+    """All of these atoms together, and pairs if there are not too many."""
+    pairs = combinations(own, 2) if 2 < len(own) <= MOST_PARTS else ()
+    return [tuple(own), *pairs] if len(own) > 1 else []
 
 
 def describe(grid: FusionGrid, cells: Ragged) -> Features:
@@ -213,6 +223,7 @@ class _Atoms:
         self.of_cell = clusters.astype(np.int64)
         self.of_cluster: list[list[int]] = [[j] for j in range(count)]
         self.of_owner: dict[tuple[int, int], int] = {}  # (track, cluster): atom
+        self.owner: dict[int, int] = {}  # atom: track
         total = count
         for cluster, pieces in _parts(grid, clusters, shapes, owners).items():
             numbers = [
@@ -223,11 +234,16 @@ class _Atoms:
             self.of_cluster[cluster] = numbers
             for atom, (track, cells) in zip(numbers, pieces):
                 self.of_owner[track, cluster] = atom
+                self.owner[atom] = track
                 self.of_cell[cells] = atom
         order = np.argsort(self.of_cell, kind="stable")
         order = order[np.searchsorted(self.of_cell[order], 0) :]
         lengths = np.bincount(self.of_cell[order], minlength=total)
         self.cells = Ragged.of_lengths(order, lengths)
+
+    def joins_two(self, own: tuple[int, ...], walkers: np.ndarray) -> bool:
+        """Whether the atoms `own` are parts of two tracks of which both are known to walk (N,)."""
+        return sum(bool(walkers[self.owner[a]]) for a in own if a in self.owner) > 1
 
     def of_track(self, covered: Sequence[tuple[int, int]]) -> dict[int, list[int]]:
         """What each track consists of: clusters that it covers and its parts of split ones."""
@@ -238,6 +254,13 @@ class _Atoms:
             if len(self.of_cluster[cluster]) == 1:
                 parts.setdefault(track, set()).add(cluster)
         return {track: sorted(own) for track, own in parts.items()}
+
+    def are_near(self, own: tuple[int, ...], position: np.ndarray, walker: float) -> bool:
+        """Whether the atoms `own` can be one thing that moves: those of two who part cannot."""
+        boxes = [position[self.cells[a]] for a in own]
+        longest = max(float(np.hypot(*np.ptp(box, axis=0))) for box in boxes)
+        whole = float(np.hypot(*np.ptp(np.concatenate(boxes), axis=0)))
+        return whole <= max(walker, APART_BY * longest)
 
     def claimants(self, chosen: list[tuple[int, ...]], fallen: np.ndarray) -> np.ndarray:
         """(H,) first track, which is the oldest, of those `fallen` (N, J) on a cluster of each."""
@@ -310,5 +333,7 @@ def _overlaps(
     pairs = {(number[own], t) for t, p in parts.items() for own in [tuple(p)] if own in number}
     pairs |= {(number[(a,)], t) for t, p in parts.items() for a in p if (a,) in number}
     for track, cluster in zip(*(axis.tolist() for axis in cover.touching(0.3))):
-        pairs.add((number[tuple(atoms.of_cluster[cluster])], track))
+        whole = tuple(atoms.of_cluster[cluster])
+        if whole in number:
+            pairs.add((number[whole], track))
     return np.array(sorted(pairs), np.int64).reshape(-1, 2)

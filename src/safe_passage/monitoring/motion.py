@@ -31,10 +31,10 @@ def process_noise(dt: float, agility: float) -> Array:
     return Q_continuous_white_noise(2, dt, agility, block_size=2, order_by_dim=False)
 
 
-def predict(x: Array, P: Array, dt: float, agility: float) -> tuple[Array, Array]:
-    """States (N, 4) and covariances (N, 4, 4), dt [s] later."""
+def predict(x: Array, P: Array, dt: float, agility: Array) -> tuple[Array, Array]:
+    """States (N, 4) and covariances (N, 4, 4), dt [s] later; agility (N,) [m^2/s^3] of each."""
     F = transition(dt)
-    return x @ F.T, F @ P @ F.T + process_noise(dt, agility)
+    return x @ F.T, F @ P @ F.T + agility[:, None, None] * process_noise(dt, 1.0)
 
 
 def move_frame(x: Array, P: Array, motion: Pose, drift: float) -> tuple[Array, Array]:

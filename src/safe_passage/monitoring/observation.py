@@ -16,6 +16,7 @@ from safe_passage.monitoring.ragged import Ragged, moments
 from safe_passage.monitoring.shape_alignment import align
 from safe_passage.monitoring.tracks import Tracks, centroid_noise, placed_shapes
 
+CUT = 0.3  # [m] standard deviation of the centroid of a part that was cut off a cluster
 LEAK = 0.5  # a gait makes speed swing: so fast fades what looked like motion when it does not
 MOSTLY, LEAST_NEW = 0.5, 3  # share and number of cells that have come: then the object has
 WAY_NEW, TIME_NEW = 0.25, 0.5  # shares of the way and of the time after which such a one moves
@@ -66,7 +67,8 @@ def observe(
     else:
         noise = centroid_noise(features.extent[seen], parameters)
         sight = Sight(tracks.offset[known], noise, np.ones(len(seen), bool))
-    x, P = update(tracks.x[known], tracks.P[known], position - sight.offset, sight.noise, age)
+    cut = hypotheses.part[seen, None, None] * CUT**2 * np.eye(2)
+    x, P = update(tracks.x[known], tracks.P[known], position - sight.offset, sight.noise + cut, age)
     shapes, references = list(tracks.shapes), list(tracks.references)
     whole = ~hypotheses.part[seen]  # a part cut off a cluster says little of the object's shape
     _store(shapes, known, points, x[:, :2] - age[:, None] * x[:, 2:], whole, pose)

@@ -86,6 +86,7 @@ class TrackerParameters:
     agility: float = (
         0.6  # [m^2/s^3] speed changes by the root of it in a second: noise of the model
     )
+    moving_agility: float = 1.5  # [m^2/s^3] the same of what is known to move
     position_noise: float = 0.12  # [m] standard deviation of a compact object's centroid
     extent_scale: float = 0.33  # [m] standard deviation of an object whose centroid is as uncertain
     initial_speed: float = 0.7  # [m/s] standard deviation of a new track's velocity
@@ -133,6 +134,7 @@ class TrackerParameters:
         check_range("max_distance", self.max_distance, 0.1, 1e4, "")
         check_range("height_scale", self.height_scale, 0.01, 10.0, "m")
         check_range("agility", self.agility, 0.001, 100.0, "m^2/s^3")
+        check_range("moving_agility", self.moving_agility, 0.001, 100.0, "m^2/s^3")
         check_range("position_noise", self.position_noise, 0.001, 10.0, "m")
         check_range("extent_scale", self.extent_scale, 0.01, 1000.0, "m")
         check_range("initial_speed", self.initial_speed, 0.01, 50.0, "m/s")

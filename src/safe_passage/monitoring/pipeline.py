@@ -23,6 +23,7 @@ from safe_passage.monitoring.ragged import Ragged
 from safe_passage.monitoring.tracks import Tracks, new_tracks, no_tracks, placed_shapes
 
 OFF = 2.0  # a share that is never reached
+IN_STRIDE = 1.3  # bodies long is a walker in scans that are put together
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,9 @@ class ObstacleTracker:
         shapes = placed_shapes(self._expected(tracks), tracks.x[:, :2], pose)
         established = stamp - tracks.born >= self._p.fragment_age
         walkers = tracks.position[tracks.moving & established]
-        clusters = cluster(grid, self._p.min_points, self._p.body_size, walkers)
+        clusters = cluster(
+            grid, self._p.min_points, self._p.body_size, IN_STRIDE * self._p.body_size, walkers
+        )
         hypotheses = propose(grid, clusters, shapes, self._rules(tracks, established))
         seen, known = associate(hypotheses, tracks, established, self._three_dimensional, self._p)
         tracks = observe(tracks, grid, hypotheses, (seen, known), pose, self._aligner, self._p)
@@ -116,6 +119,7 @@ class ObstacleTracker:
             p.composite_overlap if p.composites else OFF,
             p.split_overlap if p.splits else OFF,
             p.body_size,
+            IN_STRIDE * p.body_size,
             tracks.moving,
             established,
             tracks.position[_sizes(tracks) <= p.body_size],
@@ -132,7 +136,8 @@ class ObstacleTracker:
         if self._last is None:
             return tracks
         dt, from_pose = self._elapsed(stamp), self._last[1]
-        x, P = predict(tracks.x, tracks.P, dt, self._p.agility)
+        agility = np.where(tracks.moving, self._p.moving_agility, self._p.agility)
+        x, P = predict(tracks.x, tracks.P, dt, agility)
         motion = compose(inverse(from_pose), pose)
         x, P = move_frame(x, P, motion, self._p.odometry_drift)
         turn = rotation(-motion[2])

@@ -41,7 +41,7 @@ def judged(memory: FreeSpace, places, stamp, pose=STILL):
     xyz = np.column_stack([xy, np.zeros(len(xy))]).astype(np.float32)
     nothing = np.zeros(len(xyz))
     cloud = Points(xyz, nothing > 0, nothing.astype(int), nothing, nothing == 0)
-    grid = Fusion(8.0, 0.1, np.array([False])).fuse(cloud)
+    grid = Fusion(15.0, 0.1, np.array([False])).fuse(cloud)
     grid = memory.judged(grid, pose, stamp)
     at = np.searchsorted(grid.cell, grid.cells_of(xy))
     return grid.new[at].tolist(), grid.stood[at].tolist()

@@ -19,7 +19,7 @@ def points(xyz, sensor=None, age=None) -> Points:
 
 
 def clustered(grid, min_points: int = 1, body: float = 1.0, walkers=()):
-    return cluster(grid, min_points, body, np.array(walkers, float).reshape(-1, 2))
+    return cluster(grid, min_points, body, 1.3 * body, np.array(walkers, float).reshape(-1, 2))
 
 
 def fusion(sensors=(False, True)) -> Fusion:

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,14 +16,18 @@ NOBODY = Ragged.of([], np.empty((0, 2)))
 
 def rules(tracks: Ragged, composite: float = 0.5, split: float = 0.5, **other) -> Rules:
     count = len(tracks)
-    told = {"body": 0.0, "moving": np.ones(count, bool), "established": np.ones(count, bool)}
-    return Rules(composite, split, **{**told, "bodies": np.empty((0, 2)), **other})
+    told = {"body": 0.0, "walker": 1.3, "moving": np.ones(count, bool)}
+    told.update({"established": np.zeros(count, bool), "bodies": np.empty((0, 2))})
+    return Rules(composite, split, **{**told, **other})
 
 
 def proposed(now: str, tracks: Ragged, composite: float = 0.5, split: float = 0.5, **other):
     grid = grid_of(now)
     return grid, propose(
-        grid, cluster(grid, 1, 1.0, NO_WALKERS), tracks, rules(tracks, composite, split, **other)
+        grid,
+        cluster(grid, 1, 1.0, 1.3, NO_WALKERS),
+        tracks,
+        rules(tracks, composite, split, **other),
     )
 
 
@@ -125,6 +131,34 @@ def test_one_leg_beside_a_table_and_one_apart_are_together_a_person():
     tracks = Ragged.of([places(now, "t"), places(now, "lr")], np.empty((0, 2)))
     grid, hypotheses = proposed(now, tracks)
     assert cells(now, "lr") in found(grid, hypotheses)
+
+
+def test_two_who_are_known_to_walk_do_not_become_one():
+    tracks = shapes_of(TABLE_AND_PERSON, "tp")
+    grid, hypotheses = proposed(TABLE_AND_PERSON, tracks, established=np.ones(2, bool))
+    assert found(grid, hypotheses) == {cells(TABLE_AND_PERSON, "t"), cells(TABLE_AND_PERSON, "p")}
+
+
+def test_who_walk_apart_do_not_stay_one():
+    together, parted = "aabb", "aa......bb"
+    both = shapes_of(parted, "ab")
+    both = Ragged.of([both.values], np.empty((0, 2)))
+    for now, one in ((together, True), (parted, False)):
+        grid, hypotheses = proposed(now, both, walker=0.5)
+        assert (cells(now, "ab") in found(grid, hypotheses)) == one
+    standing = proposed(parted, both, walker=0.5, moving=np.zeros(1, bool))
+    assert cells(parted, "ab") in found(*standing)
+
+
+def test_what_has_come_is_no_part_of_what_stands():
+    whole = shapes_of("........\n.pppppp.\n.pppppp.\n........", "p")
+    grid = grid_of(TWO_LEGS)
+    came = np.isin(grid.cell, grid.cells_of(places(TWO_LEGS, "b")))
+    labels = came.astype(np.int64)
+    for moving in (True, False):
+        told = rules(whole, moving=np.array([moving]))
+        hypotheses = propose(replace(grid, new=came), labels, whole, told)
+        assert (cells(TWO_LEGS, "ab") in found(grid, hypotheses)) == moving
 
 
 def test_things_that_never_moved_are_not_taken_apart():

@@ -29,7 +29,7 @@ def test_many_filters_at_once_agree_with_filterpy(seed, dt, acceleration, age):
     root = rng.normal(size=(len(x), 2, 2))
     R = root @ root.transpose(0, 2, 1) + 0.01 * np.eye(2)
     z = rng.normal(size=(len(x), 2))
-    x1, P1 = predict(x, P, dt, acceleration)
+    x1, P1 = predict(x, P, dt, np.full(len(x), acceleration))
     x2, P2 = update(x1, P1, z, R, np.full(len(x), age))
     for i in range(len(x)):
         one = KalmanFilter(dim_x=4, dim_z=2)
@@ -49,7 +49,7 @@ def test_speed_is_as_uncertain_after_a_second_whatever_the_rate():
     for steps in (1, 10, 40):
         P = np.zeros((1, 4, 4))
         for _ in range(steps):
-            _, P = predict(np.zeros((1, 4)), P, 1.0 / steps, 0.6)
+            _, P = predict(np.zeros((1, 4)), P, 1.0 / steps, np.array([0.6]))
         assert P[0, 2, 2] == pytest.approx(0.6)
         assert P[0, 0, 0] == pytest.approx(0.6 / 3.0)
 
@@ -95,6 +95,6 @@ def test_mahalanobis_agrees_with_its_definition():
 
 
 def test_no_tracks_at_all():
-    x, P = predict(np.empty((0, 4)), np.empty((0, 4, 4)), 0.1, 1.0)
+    x, P = predict(np.empty((0, 4)), np.empty((0, 4, 4)), 0.1, np.empty(0))
     x, P = update(x, P, np.empty((0, 2)), np.empty((0, 2, 2)), np.empty(0))
     assert len(x) == 0
