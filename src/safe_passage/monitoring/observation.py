@@ -58,8 +58,9 @@ def observe(
     seen, known = pairs
     features = hypotheses.features
     age = features.age[seen]
-    points = Ragged.of([grid.position[hypotheses.cells[h]] for h in seen], grid.position)
-    fresh = _fresh(grid, hypotheses, seen)
+    cells = hypotheses.cells.of_lists(seen)
+    points = Ragged(grid.position[cells.values], cells.start)
+    fresh = _fresh(grid, cells)
     position = features.position[seen]
     if parameters.alignment and len(seen):
         hidden = features.shadowed[seen]
@@ -113,33 +114,34 @@ def _aligned(
     x, offset = tracks.x[known], tracks.offset[known]
     references = [tracks.references[t] for t in known]
     before = placed_shapes(references, x[:, :2] - fresh.age[:, None] * x[:, 2:], pose)
-    found = align(aligner, fresh.points, before, parameters.alignment_noise)
     position, extent = moments(points)
     extents = np.stack([moments(before)[1], extent])
     larger = np.trace(extents, axis1=2, axis2=3).argmax(axis=0)
     noise = centroid_noise(extents[larger, np.arange(len(known))], parameters)
-    trust = noise @ np.linalg.inv(noise + found.noise)  # in the shape, against the centroid
-    moved = position - offset - (x[:, :2] - age[:, None] * x[:, 2:])
-    apparent = np.einsum("nij,nj->ni", trust, moved - found.displacement)
     size = 12.0 * np.trace(extents, axis1=2, axis2=3).max(axis=0)  # [m^2] of a line as long
     least = np.where(tracks.moving[known], parameters.alignment_size, parameters.body_size)
-    rigid = size > least**2
-    fits = rigid & (found.overlap >= parameters.alignment_overlap)
     compact = parameters.position_noise**2 * np.eye(2) + hidden[:, None, None] * extent
-    unaligned = np.where(rigid[:, None, None], noise, compact)
-    return Sight(
-        offset + np.where(fits[:, None], apparent, 0.0),
-        np.where(fits[:, None, None], noise - trust @ noise, unaligned),
-        ~fits | (fresh.points.lengths > GROWN * before.lengths),
-    )
+    rigid = np.flatnonzero(size > least**2)
+    shapes = fresh.points.of_lists(rigid), before.of_lists(rigid)
+    found = align(aligner, *shapes, parameters.alignment_noise)
+    trust = noise[rigid] @ np.linalg.inv(noise[rigid] + found.noise)  # in the shape
+    moved = position - offset - (x[:, :2] - age[:, None] * x[:, 2:])
+    apparent = np.einsum("nij,nj->ni", trust, moved[rigid] - found.displacement)
+    fits = found.overlap >= parameters.alignment_overlap
+    aligned = rigid[fits]
+    measured = _replaced(compact, rigid, noise[rigid])
+    measured[aligned] = (noise[rigid] - trust @ noise[rigid])[fits]
+    renew = fresh.points.lengths > GROWN * before.lengths
+    renew[np.setdiff1d(np.arange(len(known)), aligned)] = True
+    return Sight(_replaced(offset, aligned, offset[aligned] + apparent[fits]), measured, renew)
 
 
-def _fresh(grid: FusionGrid, hypotheses: Hypotheses, seen: np.ndarray) -> Fresh:
-    told = Ragged.of([grid.fresh[hypotheses.cells[h]] for h in seen], grid.fresh)
-    known = np.isfinite(told.values[:, 2])
-    lengths = np.bincount(told.owner[known], minlength=len(seen))
-    points = Ragged.of_lengths(told.values[known, :2], lengths)
-    age = np.bincount(points.owner, told.values[known, 2], minlength=len(seen))
+def _fresh(grid: FusionGrid, cells: Ragged) -> Fresh:
+    told = grid.fresh[cells.values]
+    known = np.isfinite(told[:, 2])
+    lengths = np.bincount(cells.owner[known], minlength=len(cells))
+    points = Ragged.of_lengths(told[known, :2], lengths)
+    age = np.bincount(points.owner, told[known, 2], minlength=len(cells))
     return Fresh(points, age / np.maximum(lengths, 1))
 
 
@@ -152,9 +154,11 @@ def _store(
     pose: Pose,
 ) -> None:
     """Put the shapes `points` around `positions` (M, 2) in the place of those of `tracks` (M,)."""
-    to_odometry = rotation(pose[2]).T  # of row vectors
-    for i in np.flatnonzero(which):
-        shapes[tracks[i]] = (points[i] - positions[i]) @ to_odometry
+    chosen = points.of_lists(np.flatnonzero(which))
+    relative = chosen.values - np.repeat(positions[which], chosen.lengths, axis=0)
+    stored = Ragged(relative @ rotation(pose[2]).T, chosen.start)
+    for i, track in enumerate(tracks[which].tolist()):
+        shapes[track] = stored[i]
 
 
 def _replaced(values: np.ndarray, at: np.ndarray, by: np.ndarray) -> np.ndarray:

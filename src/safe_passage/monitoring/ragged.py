@@ -43,6 +43,10 @@ class Ragged:
         """(T,) the list that each value is in."""
         return np.repeat(np.arange(len(self)), self.lengths)
 
+    def of_lists(self, which: np.ndarray) -> Ragged:
+        """The lists `which` (M,)."""
+        return Ragged.of_lengths(*gather(self, which))
+
     def unions(self, sets: list[tuple[int, ...]]) -> Ragged:
         """For each of `sets` the lists that it names, joined."""
         flat = np.fromiter((i for s in sets for i in s), np.int64)
