@@ -182,7 +182,7 @@ def lidar3d(quick: bool) -> list[dict]:
     seconds = 12.0 if quick else 24.0
     scenarios = [lidar3d_scenario(seed, seconds) for seed in SEEDS[: 1 if quick else None]]
     for recording in recordings(scenarios, WORKERS):
-        for one in recall_by_distance(recording, follow(recording, lidar3d_parameters())):
+        for one in recall_by_distance(recording, follow(recording, lidar3d_parameters(CONFIG))):
             before = bins.get(one.end, Bin(one.end, 0, 0))
             bins[one.end] = Bin(one.end, before.there + one.there, before.found + one.found)
     ordered = [bins[end] for end in sorted(bins)]

@@ -27,6 +27,10 @@ NOT_OUTPUT = {"/rosout", "/rosout_agg", "/diagnostics"}
 VARIANTS = [  # with which arguments each file is started; by default as it is, without rviz
     ("person_detector", ["method:=yolo", "input:=depth"]),
     ("human_safety", ["tracker:=true"]),
+    *(
+        ("obstacle_tracker", [f"config:={PACKAGE}/config/obstacle_tracker_{robot}.yaml"])
+        for robot in ("single_lidar", "lidar3d")
+    ),
     *((path.stem, []) for path in LAUNCH_FILES),
 ]
 

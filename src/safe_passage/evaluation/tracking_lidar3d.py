@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any, Mapping, NamedTuple, Sequence
 
 import numpy as np
@@ -9,9 +10,9 @@ import numpy as np
 from safe_passage.evaluation.tracking_catalogue import drive, walk
 from safe_passage.evaluation.tracking_metrics import accumulate, tracked
 from safe_passage.evaluation.tracking_recording import Recording
-from safe_passage.evaluation.tracking_runs import Told
+from safe_passage.evaluation.tracking_runs import Told, tracker_parameters
 from safe_passage.evaluation.tracking_scenarios import Lidar3D, TrackingScenario, drawn
-from safe_passage.monitoring.parameters import CLOUD, SourceParameters, TrackerParameters
+from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.simulation.robots import make_robot
 from safe_passage.simulation.worlds import make_world
 
@@ -60,15 +61,13 @@ def lidar3d_scenario(seed: int, seconds: float = 24.0) -> TrackingScenario:
     return drawn(nominal)
 
 
-def lidar3d_parameters() -> TrackerParameters:
-    """For such a lidar: coarser cells, as its points lie farther apart, and a wider grid."""
-    source = SourceParameters(
-        *(VELODYNE.name, CLOUD), range_min=1.0, range_max=90.0, aggregate=2, min_height=0.3
-    )
-    outline = ((0.5, 0.3), (-0.5, 0.3), (-0.5, -0.3), (0.5, -0.3))
-    return TrackerParameters(
-        sources=(source,), footprint=outline, resolution=0.25, radius=75.0, alignment_reach=0.75
-    )
+def lidar3d_parameters(config: Path) -> TrackerParameters:
+    """For such a lidar: coarser cells, as its points lie farther apart, and a wider grid.
+
+    Args:
+        config: folder of the package's parameters.
+    """
+    return tracker_parameters(config, name="obstacle_tracker_lidar3d")
 
 
 class Bin(NamedTuple):

@@ -41,17 +41,20 @@ class Told:
     fresh: np.ndarray  # (N,) bool: seen just now
 
 
-def tracker_parameters(config: Path, changes: Mapping[str, Any] | None = None) -> TrackerParameters:
+def tracker_parameters(
+    config: Path, changes: Mapping[str, Any] | None = None, name: str = "obstacle_tracker"
+) -> TrackerParameters:
     """Those of the node's own yaml for the robot, but for `changes`.
 
     Args:
         config: folder of the package's parameters.
         changes: of TrackerParameters; `aggregate` is that of all scanners.
+        name: of the yaml in that folder.
 
     Raises:
         ParameterError, InputError: as of any yaml.
     """
-    values = read_yaml(config / "obstacle_tracker.yaml")
+    values = read_yaml(config / f"{name}.yaml")
     known = {field.name for field in fields(TrackerParameters)}
     kept = {key: value for key, value in values.items() if key in known}
     kept["sources"] = build_list(SourceParameters, values.get("sources"), "sources")
@@ -62,7 +65,7 @@ def tracker_parameters(config: Path, changes: Mapping[str, Any] | None = None) -
             source if source.three_dimensional else replace(source, aggregate=number)
             for source in kept["sources"]
         )
-    return build(TrackerParameters, {**kept, **changed}, "obstacle_tracker")
+    return build(TrackerParameters, {**kept, **changed}, name)
 
 
 def measurements(recording: Recording, parameters: TrackerParameters) -> list[list[Measurement]]:

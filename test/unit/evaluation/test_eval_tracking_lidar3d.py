@@ -1,12 +1,15 @@
 """How far away a 3D lidar's people are tracked."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from safe_passage.evaluation import tracking_lidar3d as l3
 from safe_passage.evaluation.tracking_recording import Recording, record
 from safe_passage.evaluation.tracking_runs import Told, measurements
+
+CONFIG = Path(__file__).resolve().parents[3] / "config"
 
 
 @pytest.fixture(scope="module")
@@ -58,9 +61,16 @@ def test_a_recording_holds_clouds_with_people_in_them(scenario):
     recording = record(replace(scenario, seconds=0.5))
     assert np.diff(recording.stamps) == pytest.approx(0.1)
     assert recording.visible[-1].all()
-    (last,) = measurements(recording, l3.lidar3d_parameters())[-1]
+    (last,) = measurements(recording, l3.lidar3d_parameters(CONFIG))[-1]
     position = recording.people[-1, :, :2] - recording.poses[-1, :2]
     for person in position[np.hypot(*position.T) < 40.0]:
         near = last.points[np.hypot(*(last.points[:, :2] - person).T) < 0.6]
         assert len(near) >= 2
         assert 0.2 < near[:, 2].max() < 2.1
+
+
+def test_the_yaml_is_that_lidars(scenario):
+    parameters = l3.lidar3d_parameters(CONFIG)
+    assert [source.name for source in parameters.sources] == [l3.VELODYNE.name]
+    assert parameters.footprint == scenario.robot.footprint
+    assert parameters.radius == scenario.reach

@@ -27,6 +27,14 @@ def test_shipped_files_fit_their_robots(config, robot):
     assert cameras in ([], [camera.name for camera in model.cameras])
 
 
+def test_a_3d_lidars_file_loads():
+    values = yaml.safe_load((ROOT / "config/obstacle_tracker_lidar3d.yaml").read_text())
+    parameters = make_tracker_parameters(values, "/tracker")
+    (source,) = parameters.sources
+    assert source.three_dimensional
+    assert parameters.alignment_reach >= parameters.resolution
+
+
 @pytest.mark.parametrize(
     ("values", "complaint"),
     [
