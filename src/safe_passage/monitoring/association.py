@@ -41,13 +41,18 @@ def associate(
     reach = np.where(tracks.moving[t] & (features.new[h] >= MOSTLY), REFOUND, reach)
     near = overlap | ((squared <= parameters.gate) & (away <= reach))
     walks = tracks.moving & (np.hypot(*tracks.velocity.T) > WALKING)
+    near &= ~(tracks.moving[t] & features.left[h])
     near &= ~(walks[t] & (features.stood[h] >= MOSTLY))
     h, t, squared = h[near], t[near], np.minimum(squared[near], parameters.gate)
     total = squared + feature_distance(features, tracks, h, t, three_dimensional, parameters)
     total += parameters.seniority * ((hypotheses.claimant[h] < t) & ~established[t])
     order = np.argsort(total, kind="stable")
     order = order[total[order] <= parameters.max_distance]
-    return choose(h[order], t[order], hypotheses.atoms)
+    h, t = h[order], t[order]
+    seen, known = choose(h, t, hypotheses.atoms)
+    if not parameters.free_space:
+        return seen, known
+    return inherit((seen, known), (h, t), features, tracks, established)
 
 
 def candidates(
@@ -123,3 +128,32 @@ def choose(
         chosen.append((hypothesis, track))
     pairs = np.array(chosen, np.int64).reshape(-1, 2)
     return pairs[:, 0], pairs[:, 1]
+
+
+def inherit(
+    chosen: tuple[np.ndarray, np.ndarray],
+    pairs: tuple[np.ndarray, np.ndarray],
+    features: Features,
+    tracks: Tracks,
+    established: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The chosen pairs, with what a young track has seen given to who walked there before.
+
+    A walker's foot that stays behind keeps the walker's track, and the other foot begins one. Once
+    the first is not there any more, the young track's hypothesis is the walker.
+    """
+    of_track = dict(zip(chosen[1].tolist(), chosen[0].tolist()))
+    of_hypothesis = {h: t for t, h in of_track.items()}
+    young = ~established & ~tracks.moving
+    for h, t in zip(pairs[0].tolist(), pairs[1].tolist()):
+        own = of_track.get(t)
+        if not (tracks.moving[t] and established[t]) or (own is not None and features.here[own]):
+            continue
+        other = of_hypothesis.get(h)
+        if other is not None and young[other] and features.here[h]:
+            del of_track[other]
+            if own is not None:
+                del of_hypothesis[own]
+            of_track[t], of_hypothesis[h] = h, t
+    told = np.array(list(of_track.items()), np.int64).reshape(-1, 2)
+    return told[:, 1], told[:, 0]

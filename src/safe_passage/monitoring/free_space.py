@@ -41,20 +41,23 @@ class FreeSpace:
 
     def __init__(self) -> None:
         self._views: dict[str, deque[_View]] = {}
+        self._last: dict[str, _View] = {}
 
     def add(self, measurement: Measurement) -> None:
         """Remember this one, if it is a scan and the last that is remembered is old enough."""
         if measurement.origin is None:
             return
-        views = self._views.setdefault(measurement.source, deque())
-        if views and measurement.stamp - views[-1].stamp < APART:
-            return
         pose = compose(measurement.pose, (*measurement.origin, 0.0))
         relative = measurement.points[:, :2] - np.array(measurement.origin)
-        views.append(_View(measurement.stamp, pose, _reach(relative)))
+        view = _View(measurement.stamp, pose, _reach(relative))
+        self._last[measurement.source] = view
+        views = self._views.setdefault(measurement.source, deque())
+        if not views or measurement.stamp - views[-1].stamp >= APART:
+            views.append(view)
 
     def judged(self, grid: FusionGrid, pose: Pose, stamp: float) -> FusionGrid:
-        """The grid around base at `pose`, with what is known of its cells a short while before.
+        """The grid around base at `pose`, with what is known of its cells a short while before, and
+        whether the last scans still have what those put together show.
 
         Args:
             stamp: [s] now; what was seen too long ago is forgotten.
@@ -68,11 +71,17 @@ class FreeSpace:
                 free |= passed
                 if stamp - view.stamp > PASSING:
                     met |= ended
-        return replace(grid, new=free & ~met, stood=met & ~free)
+        left = np.zeros(len(grid.cell), bool)
+        for view in self._last.values():
+            if stamp - view.stamp < APART:
+                left |= _beams(view, grid.position, pose)[0]
+        left &= ~np.isfinite(grid.fresh[:, 2])
+        return replace(grid, new=free & ~met, stood=met & ~free, left=left)
 
     def reset(self) -> None:
         """Forget everything."""
         self._views.clear()
+        self._last.clear()
 
 
 def _reach(points: np.ndarray) -> np.ndarray:

@@ -29,6 +29,7 @@ class FusionGrid:
         np.ndarray
     )  # (K,) bool: a short while ago nothing was there; as far as is known (free_space)
     stood: np.ndarray  # (K,) bool: something was
+    left: np.ndarray  # (K,) bool: by now there is nothing any more
     label: np.ndarray  # (side * side,) int32 scratch: index of the obstacle cell, -1: free
 
     @property
@@ -98,6 +99,7 @@ class Fusion:
             mean[2],
             rim | (np.bincount(at, points.shadowed[inside], minlength=count) > 0),
             np.stack(new, axis=1),
+            np.zeros(count, bool),
             np.zeros(count, bool),
             np.zeros(count, bool),
             self._label,

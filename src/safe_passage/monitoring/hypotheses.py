@@ -14,6 +14,7 @@ from typing import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
+from safe_passage.monitoring.clustering import MOSTLY
 from safe_passage.monitoring.clustering import sizes as cluster_sizes
 from safe_passage.monitoring.fusion_grid import FusionGrid, cell_index
 from safe_passage.monitoring.ragged import Ragged, gather, moments
@@ -37,6 +38,8 @@ class Features:
     shadowed: np.ndarray  # (H,) bool: the object may go on behind a nearer one
     new: np.ndarray  # (H,) share of its cells where nothing was a short while ago
     stood: np.ndarray  # (H,) share of its cells where something was
+    here: np.ndarray  # (H,) bool: the sensors' last measurements have it
+    left: np.ndarray  # (H,) bool: nothing of it is there any more
 
     def of(self, which: np.ndarray) -> Features:
         """Those of `which` (M,)."""
@@ -127,28 +130,44 @@ def _unions(own: Sequence[int]) -> list[tuple[int, ...]]:
 
 def describe(grid: FusionGrid, cells: Ragged) -> Features:
     """Features of these sets of obstacle cells."""
-    owner, at = cells.owner, cells.values
-    number, count = cells.lengths, len(cells)
+    owner, at, number = cells.owner, cells.values, cells.lengths
+    if not len(cells):
+        return no_features(grid.counts.shape[1])
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return np.bincount(owner, values[at], minlength=len(cells)) / number
+
     centre, extent = moments(Ragged(grid.position[at], cells.start))
     start = cells.start[:-1]
-    if not count:
-        empty = np.empty(0)
-        return Features(
-            centre, extent, number, grid.counts[:0], grid.height[:0], empty, empty > 0, empty, empty
-        )
-    counts = np.add.reduceat(grid.counts[at], start, axis=0)
-    height = np.stack(
-        [
-            np.fmin.reduceat(grid.height[at, 0], start),
-            np.fmax.reduceat(grid.height[at, 1], start),
-        ],
-        axis=1,
+    lowest = np.fmin.reduceat(grid.height[at, 0], start)
+    highest = np.fmax.reduceat(grid.height[at, 1], start)
+    here = mean(np.isfinite(grid.fresh[:, 2])) > 0.0
+    return Features(
+        centre,
+        extent,
+        number,
+        np.add.reduceat(grid.counts[at], start, axis=0),
+        np.stack([lowest, highest], axis=1),
+        mean(grid.age),
+        mean(grid.shadowed) > 0.0,
+        mean(grid.new),
+        mean(grid.stood),
+        here,
+        ~here & (mean(grid.left) >= MOSTLY),
     )
-    age = np.bincount(owner, grid.age[at], minlength=count) / number
-    shadowed = np.bincount(owner, grid.shadowed[at], minlength=count) > 0
-    new = np.bincount(owner, grid.new[at], minlength=count) / number
-    stood = np.bincount(owner, grid.stood[at], minlength=count) / number
-    return Features(centre, extent, number, counts, height, age, shadowed, new, stood)
+
+
+def no_features(sensors: int) -> Features:
+    """Of nothing."""
+    none = np.empty(0)
+    return Features(
+        np.empty((0, 2)),
+        np.empty((0, 2, 2)),
+        np.empty(0, np.int64),
+        np.empty((0, sensors), np.int64),
+        np.empty((0, 2)),
+        *(none, none > 0, none, none, none > 0, none > 0),
+    )
 
 
 class _Cover:

@@ -174,7 +174,11 @@ class ObstacleTracker:
     ) -> Tracks:
         """A track of each cluster, or what is left of it, that belongs to none."""
         used = {atom for h in seen.tolist() for atom in hypotheses.atoms[h]}
-        free = [h for h, own in enumerate(hypotheses.atoms) if used.isdisjoint(own)]
+        free = [
+            h
+            for h, own in enumerate(hypotheses.atoms)
+            if used.isdisjoint(own) and hypotheses.features.here[h]
+        ]
         chosen: list[int] = []
         for h in free:  # whole clusters come first
             if used.isdisjoint(hypotheses.atoms[h]):

@@ -8,7 +8,7 @@ from typing import Callable
 import numpy as np
 
 from safe_passage.core.geometry import Pose, rotation
-from safe_passage.monitoring.hypotheses import Features
+from safe_passage.monitoring.hypotheses import Features, no_features
 from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.ragged import Ragged
 
@@ -112,19 +112,7 @@ def new_tracks(
 
 def no_tracks(sensors: int) -> Tracks:
     """None yet."""
-    none = np.empty(0)
-    features = Features(
-        np.empty((0, 2)),
-        np.empty((0, 2, 2)),
-        np.empty(0, np.int64),
-        np.empty((0, sensors), np.int64),
-        np.empty((0, 2)),
-        none,
-        none > 0,
-        none,
-        none,
-    )
-    return new_tracks(features, [], 1, 0.0, TrackerParameters())
+    return new_tracks(no_features(sensors), [], 1, 0.0, TrackerParameters())
 
 
 def centroid_noise(

@@ -18,10 +18,8 @@ OLD = np.ones(9, bool)
 HEIGHTS = np.array([False, False, True])
 
 
-def features(
-    positions, counts=(10, 0, 0), cells=4, top=np.nan, extent=0.01, new=0.0, stood=0.0
-) -> Features:
-    n = len(positions)
+def features(positions, counts=(10, 0, 0), cells=4, top=np.nan, extent=0.01, **known) -> Features:
+    n, before = len(positions), {"new": 0.0, "stood": 0.0, "here": True, **known}
     return Features(
         np.array(positions, float).reshape(-1, 2),
         np.tile(extent * np.eye(2), (n, 1, 1)),
@@ -30,8 +28,8 @@ def features(
         np.tile(np.array([0.1, top]), (n, 1)),
         np.zeros(n),
         np.zeros(n, bool),
-        np.full(n, new),
-        np.full(n, stood),
+        *(np.full(n, value) for value in before.values()),
+        np.zeros(n, bool),
     )
 
 
@@ -113,6 +111,51 @@ def test_heights_are_compared_where_a_camera_saw_both():
     laser = tracks_at([(0, 0)], counts=(5, 0, 0), top=1.8)
     seen = features([(0, 0)], counts=(5, 0, 50), top=0.9)
     assert one_distance(seen, laser) == 0.0
+
+
+def walking(positions, speed=1.0, **seen):
+    """Tracks that have just been seen moving along x."""
+    tracks = tracks_at(positions, **seen)
+    x = tracks.x.copy()
+    x[:, 2] = speed
+    return tracks.with_(x=x, moving=np.ones(len(tracks), bool))
+
+
+def test_who_comes_out_from_behind_a_pillar_is_found_again_but_no_chair_is_taken_for_them():
+    lost = walking([(0.0, 0.0)]).with_(unseen=np.array([1.0]))
+    lost = lost.with_(P=lost.P + 0.3 * np.eye(4))
+    assert pairs(hypotheses_of(features([(1.2, 0.0)], new=1.0)), lost) == {(0, 0)}
+    assert pairs(hypotheses_of(features([(1.2, 0.0)], new=0.0)), lost) == set()
+
+
+def test_who_walks_is_not_what_stood_there_before():
+    stood = hypotheses_of(features([(0.1, 0.0)], stood=1.0))
+    assert pairs(stood, walking([(0.0, 0.0)])) == set()
+    assert pairs(stood, walking([(0.0, 0.0)], speed=0.1)) == {(0, 0)}  # who has stopped
+
+
+def test_who_walks_is_not_where_nothing_is_left():
+    seen = features([(0.1, 0.0)])
+    seen.left[0] = True
+    assert pairs(hypotheses_of(seen), walking([(0.0, 0.0)])) == set()
+    assert pairs(hypotheses_of(seen), tracks_at([(0.0, 0.0)])) == {(0, 0)}  # a chair's thin leg
+
+
+def test_a_walker_inherits_what_began_at_the_other_foot():
+    feet = features([(0.0, 0.0), (0.4, 0.0)])
+    tracks = walking([(0.05, 0.0), (0.4, 0.0)])
+    tracks = tracks.with_(moving=np.array([True, False]))
+    established = np.array([True, False])
+    for here, expected in ((True, {(0, 0), (1, 1)}), (False, {(1, 0)})):
+        feet.here[0] = here
+        found = associate(hypotheses_of(feet), tracks, established, HEIGHTS, P)
+        assert set(zip(*(a.tolist() for a in found))) == expected
+
+
+def test_two_who_are_known_inherit_nothing():
+    feet = features([(0.0, 0.0), (0.4, 0.0)])
+    feet.here[0] = False
+    assert pairs(hypotheses_of(feet), walking([(0.05, 0.0), (0.4, 0.0)])) == {(0, 0), (1, 1)}
 
 
 def test_nobody_and_nothing():

@@ -153,3 +153,17 @@ def test_a_turning_robot_sees_no_newcomer_in_the_wall(step):
         memory.add(scan(0.4 * k, room(), pose))
     wall = room()[::20] * 0.995
     assert not any(judged(memory, wall, 2.1, pose)[0])
+
+
+def test_what_the_last_scan_passes_has_left():
+    memory = FreeSpace()
+    memory.add(scan(0.0, room(thing=(2.0, 0.0))))
+    memory.add(scan(0.1, room(thing=(2.0, 1.0))))
+    xyz = np.array([[1.87, 0.0, 0.0], [1.87, 0.94, 0.0], [3.5, 1.75, 0.0]], np.float32)
+    nothing = np.zeros(3)
+    stale = Points(xyz, nothing > 0, nothing.astype(int), nothing + 0.1, nothing > 0)
+    grid = memory.judged(Fusion(8.0, 0.1, np.array([False])).fuse(stale), STILL, 0.1)
+    left = dict(zip(np.round(grid.position[:, 1], 2).tolist(), grid.left.tolist()))
+    assert left == {0.0: True, 0.94: False, 1.75: False}  # gone, here, hidden
+    fresh = Points(xyz, nothing > 0, nothing.astype(int), nothing, nothing == 0)
+    assert not memory.judged(Fusion(8.0, 0.1, np.array([False])).fuse(fresh), STILL, 0.1).left.any()
