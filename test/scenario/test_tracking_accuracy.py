@@ -25,19 +25,19 @@ def lines(scenarios) -> dict[str, Line]:
 
 def test_people_who_cross_are_tracked_while_the_robot_drives(lines):
     score = lines["crossing_driving"].score
-    assert score.mota > 0.70
-    assert score.idf1 > 0.60
-    assert score.motp < 0.25
+    assert score.mota > 0.85
+    assert score.idf1 > 0.80
+    assert score.motp < 0.20
 
 
 def test_who_walks_around_the_robot_keeps_one_identity(lines):
     """Fig. 6, through the fields of view of two lidars and two depth cameras."""
     assert lines["fig6"].ids == 1
-    assert lines["fig6"].score.mota > 0.75
+    assert lines["fig6"].score.mota > 0.85
 
 
 def test_what_stands_is_not_called_moving_while_the_robot_drives(lines):
-    assert lines["static_driving"].score.false_moving_share < 0.03
+    assert lines["static_driving"].score.false_moving_share < 0.02
 
 
 def test_the_papers_extensions_are_worth_it(scenarios, lines):
