@@ -51,6 +51,11 @@ class Courses:
         missed = less * rising - 0.5 * rising**2 / self._speeding
         return scale[:, None] * self._t + self.stop(more) - missed
 
+    @property
+    def now(self) -> float:
+        """The scale at which the robot goes now."""
+        return self._now
+
     def stands(self, scale: np.ndarray) -> np.ndarray:
         """(S,) [s] when it has stopped."""
         return self._reaction + scale * self._braking
@@ -87,16 +92,19 @@ def largest_scale(
     if it does so by stopping after the next cycle; or if the way leads out of what is too near
     already; or if stopping is in somebody's way and going on leaves more room. Who `hurries` on so
     already needs a better reason to stop. What is too near only because it may have strayed from
-    its way by then does not stop the robot, but makes it slow.
+    its way by then, or later than the robot needs to stop, does not stop it, but makes it slow.
     """
     if motion.stands or not len(table.distance):
         return Allowed(1.0, 1.0)
     judge = _Judge(table, courses, times, motion, p)
     largest, with_margin = (_largest(judge, kept) for kept in (p.kept, p.kept + p.release_margin))
-    cautious = _slow_scale(motion, p.cautious_speed, p)
-    if largest < cautious:
-        largest = max(largest, _cautiously(judge.without_growth(), cautious, p.kept))
+    slow = np.linspace(0.0, _slow_scale(motion, p.cautious_speed, p), 5)
+    if largest < slow[-1]:
+        cautiously = judge.without_growth().may(slow, p.kept)
+        largest = max(largest, float(slow[cautiously].max()))
     through = judge.best_way_through(p.kept, hurries) if largest <= 0.0 else 0.0
+    if largest < slow[-1]:
+        largest = max(largest, float(slow[judge.can_wait(slow, p.kept)].max(initial=0.0)))
     scale = max(largest, through)
     return Allowed(scale, max(with_margin, through), judge.inside(p.kept), through > 0.0)
 
@@ -109,12 +117,6 @@ def _largest(judge: _Judge, kept: float) -> float:
     fine = np.linspace(coarse, coarse + COARSE[1], FINE, endpoint=False)
     found = float(fine[judge.may(fine, kept)].max(initial=coarse))
     return found if found >= LEAST else 0.0
-
-
-def _cautiously(judge: _Judge, most: float, kept: float) -> float:
-    """The largest of a few scales up to `most` that may be chosen."""
-    scales = np.linspace(0.0, most, 5)
-    return float(scales[judge.may(scales, kept)].max())
 
 
 def _slow_scale(motion: Motion, speed: float, p: SeparationParameters) -> float:
@@ -172,10 +174,25 @@ class _Judge:
             out &= (scale <= self._escape) | self._must_hurry(on.min(axis=(0, 2)))
         return free | out | (scale == 0.0)
 
+    def can_wait(self, scale: np.ndarray, kept: float) -> np.ndarray:
+        """(S,) bool; whether there will be time to stop for whoever comes too near.
+
+        Until the robot stands and for a while longer nobody is, uncertainty left out: what is seen
+        farther ahead is often wrong, and the robot is slow. Who may come from anywhere does come.
+        """
+        table, p = self._table, self._p
+        growth = np.where(table.unknown[:, None], 0.0, table.growth)
+        stop = table.along(self._courses.stop(scale)) + growth[:, None]
+        brake = self._brake + growth
+        stands = self._courses.stands(np.maximum(scale, self._courses.now))
+        later = self._times > stands[:, None] + p.stop_reserve
+        return _all((np.minimum(stop, brake[:, None]) >= kept) | later)
+
     def _leads_out(self, on: np.ndarray, kept: float) -> np.ndarray:
         """Never nearer than by braking, but for a little on the way; what is free stays free.
 
-        If braking leads to a touch, it must be better until then; after that nothing is compared.
+        If braking leads to a touch, going on must not; unless it leads straight away from where
+        that obstacle is, and is better until the touch. After that nothing is compared.
         """
         brake = self._brake[:, : self._ahead]
         floor = np.where(brake < kept, brake - self._p.tolerance, kept)
@@ -183,7 +200,10 @@ class _Judge:
         last = np.minimum(brake[n, end] + np.where(self._touches, SAME, -SAME), kept)
         after = np.arange(on.shape[2]) > end[:, None]
         better = (on >= floor[:, None]) | after[:, None]
-        return _all(better) & (on[n, :, end] >= last[:, None]).all(axis=0)
+        growth = self._table.growth[:, : self._ahead]
+        past = (on + growth[:, None] >= self._p.clearance).all(axis=2)
+        out = past | ~(self._touches & ~self._table.behind)[:, None]
+        return _all(better) & (on[n, :, end] >= last[:, None]).all(axis=0) & out.all(axis=0)
 
     def best_way_through(self, kept: float, hurries: bool) -> float:
         """The scale with most room if stopping is in somebody's way, 0: there is no better one.
@@ -198,7 +218,8 @@ class _Judge:
         least = on.min(axis=(0, 2))
         most = min(least.max(), kept)
         gain = -self._p.advantage if hurries else self._p.advantage
-        if most <= max(0.0, stopped + gain):
+        clearance = 0.0 if hurries else self._p.clearance
+        if most <= max(clearance, stopped + gain):
             return 0.0
         return float(COARSE[least >= most - SAME].max())
 

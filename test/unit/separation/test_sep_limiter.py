@@ -220,6 +220,25 @@ def test_what_only_its_uncertainty_brings_too_near_makes_it_slow():
     assert sure_to_stop.scale == 0.0
 
 
+def test_what_comes_later_than_it_needs_to_stop_makes_it_slow():
+    """He walks up to where it will stand: it may still stop when he is near."""
+    for gap, scale in ((3.0, 0.5), (2.0, 0.5), (1.0, 0.0)):
+        comes = people((0.6 + BODY + KEPT + gap, 0.0, -1.0, 0.0))
+        slow = (0.4, 0.0, 0.0)
+        assert assess(comes, slow).scale == scale, gap
+        assert assess(comes, slow, stop_reserve=5.0).scale == 0.0
+    near = people((0.6 + BODY + KEPT + 2.7, 0.0, -1.0, 0.0))
+    assert assess(near, (0.4, 0.0, 0.0), twist=(1.0, 0.0, 0.0)).scale == 0.0  # needs longer
+    anywhere = people((0.6 + BODY + KEPT + 0.4, 0.0, 0.0, 0.0), deviation=2.0)
+    assert assess(anywhere, (0.4, 0.0, 0.0), max_growth=0.0).scale == 0.0
+
+
+@pytest.mark.parametrize("comes", [(-2.0, -2.0, 1.4, 1.2), (-2.0, -2.0, 1.0, 0.8)])
+def test_it_stands_for_who_runs_into_it_from_aside_and_behind(comes):
+    """Braking or not, he touches it; driving on is a way out only if it leaves room."""
+    assert assess(people(comes), (0.6, 0.0, 0.0)).scale == 0.0
+
+
 def test_a_place_to_stop_at_stays_clear():
     """Driving on meets him at once, stopping later; either way it must not drive on."""
     comes = people((6.5, 0.0, -1.0, 0.0))
