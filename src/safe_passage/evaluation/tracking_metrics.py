@@ -10,7 +10,7 @@ A person and a track can be the same within GATE.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Sequence
+from typing import Protocol, Sequence
 
 import motmetrics
 import numpy as np
@@ -25,6 +25,22 @@ NEAR_PERSON = 0.6  # [m] a track that came so near to a person who moves may be 
 FAR = 1e6
 COUNTS = ("num_objects", "num_misses", "num_false_positives", "num_switches")
 IDENTITIES = ("idtp", "idfp", "idfn")
+
+
+class Truth(Protocol):
+    """C cycles, P people, as a Recording has them."""
+
+    @property
+    def people(self) -> np.ndarray:
+        """(C, P, 2 or more) x, y [m], ..., frame of the odometry"""
+
+    @property
+    def visible(self) -> np.ndarray:
+        """(C, P) bool"""
+
+    @property
+    def moved(self) -> np.ndarray:
+        """(C, P) bool: has begun to move, by now"""
 
 
 @dataclass(frozen=True)
@@ -91,7 +107,7 @@ def score(recording: Recording, cycles: Sequence[Told]) -> Score:
     )
 
 
-def accumulate(recording: Recording, cycles: Sequence[Told]) -> motmetrics.MOTAccumulator:
+def accumulate(recording: Truth, cycles: Sequence[Told]) -> motmetrics.MOTAccumulator:
     """Each cycle's people and tracks, as motmetrics takes them."""
     events = motmetrics.MOTAccumulator(auto_id=True)
     for people, visible, moved, said in zip(
@@ -149,7 +165,7 @@ def false_moving(recording: Recording, cycles: Sequence[Told]) -> tuple[int, int
     return len(static & called), len(static)
 
 
-def identities(recording: Recording, cycles: Sequence[Told]) -> dict[int, list[int]]:
+def identities(recording: Truth, cycles: Sequence[Told]) -> dict[int, list[int]]:
     """The track ids that each person had, in order."""
     matched = tracked(accumulate(recording, cycles))
     return {

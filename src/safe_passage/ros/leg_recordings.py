@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
-import rosbag
 
 from safe_passage.core.errors import InputError
-from safe_passage.leg_detection.scan import Scan
 from safe_passage.leg_detection.training_data import LegRecording
-from safe_passage.ros.leg_conversions import from_message
-from safe_passage.ros.sensor_conversions import UnusableMessageError
+from safe_passage.ros.bags import SCAN, read_bag, to_scan
 
-SCAN, LEGS = "sensor_msgs/LaserScan", "geometry_msgs/PoseArray"
+LEGS = "geometry_msgs/PoseArray"
 
 
 def read_positive(path: Path) -> LegRecording:
@@ -26,7 +22,7 @@ def read_positive(path: Path) -> LegRecording:
     Raises:
         InputError: no bag, other topics, or not as many leg messages as scans.
     """
-    topics, messages = _read(path, (SCAN, LEGS))
+    topics, messages = read_bag(path, (SCAN, LEGS))
     scan_topics = [topic for topic, kind in topics.items() if kind == SCAN]
     leg_topics = [topic for topic, kind in topics.items() if kind == LEGS]
     if len(scan_topics) != 1 or len(leg_topics) != 1:
@@ -40,7 +36,7 @@ def read_positive(path: Path) -> LegRecording:
         np.array([(pose.position.x, pose.position.y) for pose in array.poses]).reshape(-1, 2)
         for array in arrays
     ]
-    return LegRecording(path.stem, [_scan(scan, path) for scan in scans], legs)
+    return LegRecording(path.stem, [to_scan(scan, path) for scan in scans], legs)
 
 
 def read_negative(path: Path) -> list[LegRecording]:
@@ -49,32 +45,10 @@ def read_negative(path: Path) -> list[LegRecording]:
     Raises:
         InputError: no bag, or no scans in it.
     """
-    topics, messages = _read(path, (SCAN,))
+    topics, messages = read_bag(path, (SCAN,))
     if not topics:
         raise InputError(f"{path}: no topic of {SCAN}")
     return [
-        LegRecording(path.stem, [_scan(scan, path) for scan in messages[topic]], None)
+        LegRecording(path.stem, [to_scan(scan, path) for scan in messages[topic]], None)
         for topic in sorted(topics)
     ]
-
-
-def _read(path: Path, kinds: tuple[str, ...]) -> tuple[dict[str, str], dict[str, list]]:
-    """Topic -> type, topic -> messages in order, of the topics of these types."""
-    try:
-        with rosbag.Bag(str(path)) as bag:
-            types = bag.get_type_and_topic_info().topics
-            topics = {name: topic.msg_type for name, topic in types.items()}
-            topics = {name: kind for name, kind in topics.items() if kind in kinds}
-            messages = defaultdict(list)
-            for name, message, _ in bag.read_messages(topics=list(topics)) if topics else ():
-                messages[name].append(message)
-    except (OSError, rosbag.ROSBagException) as error:
-        raise InputError(f"{path}: {error}") from None
-    return topics, messages
-
-
-def _scan(message: object, path: Path) -> Scan:
-    try:
-        return from_message(message)
-    except UnusableMessageError as error:
-        raise InputError(f"{path}: a scan with {error}") from None
