@@ -16,9 +16,9 @@ from safe_passage.evaluation.tracking_recording import Recording
 from safe_passage.evaluation.tracking_runs import FRESH, Told, measurements
 from safe_passage.monitoring.aggregation import Aggregator, Measurement
 from safe_passage.monitoring.clustering import cluster
+from safe_passage.monitoring.features import describe
 from safe_passage.monitoring.free_space import FreeSpace
 from safe_passage.monitoring.fusion_grid import Fusion
-from safe_passage.monitoring.hypotheses import describe
 from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.pipeline import IN_STRIDE
 from safe_passage.monitoring.preprocessing import outside

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from safe_passage.monitoring.hypotheses import Features, Hypotheses
+from safe_passage.monitoring.features import MOSTLY, Features
+from safe_passage.monitoring.hypotheses import Hypotheses
 from safe_passage.monitoring.motion import squared_mahalanobis
 from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.tracks import Tracks, centroid_noise
@@ -16,7 +17,6 @@ STANDING = 0.5  # [m] of tracks that never moved, or have not been seen for
 RECENT = 0.4  # [s]: a walker turns on the spot, but who is hidden for long could be anywhere
 REFOUND = 1.5  # [m] of tracks that move and what has just come: who was hidden comes out
 WALKING = 0.5  # [m/s] who goes faster is not what stood there before
-MOSTLY = 0.5  # share of a hypothesis' cells
 
 
 def associate(

@@ -5,11 +5,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from safe_passage.monitoring.features import MOSTLY
 from safe_passage.monitoring.fusion_grid import FusionGrid
 
-STRIDE = 2  # cells between two legs
+STRIDE = 0.24  # [m] between two legs, at most
 LEAST_NEW = 3  # cells of a thing that has come, and of what it has come to
-MOSTLY = 0.5  # share of a cluster's cells
 
 
 def cluster(
@@ -81,7 +81,7 @@ def _with_both_legs(
     came = (np.bincount(label, grid.new) / np.maximum(np.bincount(label), 1) >= MOSTLY)[label]
     if not came.any():
         return label
-    components = _components(grid, came, STRIDE)
+    components = _components(grid, came, 2 * round(0.5 * STRIDE / grid.resolution))
     group = np.where(came, components[grid.cell], -1)
     count = int(components.max()) + 1
     at = grid.cells_of(walkers)

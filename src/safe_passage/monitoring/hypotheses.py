@@ -7,43 +7,22 @@ other if and only if they share one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Sequence
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from safe_passage.monitoring.clustering import MOSTLY
 from safe_passage.monitoring.clustering import sizes as cluster_sizes
+from safe_passage.monitoring.features import Features, describe
 from safe_passage.monitoring.fusion_grid import FusionGrid, cell_index
-from safe_passage.monitoring.ragged import Ragged, gather, moments
+from safe_passage.monitoring.ragged import Ragged, gather
 
 LARGELY = 0.5  # share of a track's cells on a cluster
 MOST_PARTS = 6  # of which every pair is tried; of more only all together
 APART_BY = 1.5  # times the largest piece of it is a moving thing long
 APART = 1e3  # [m] between clusters, so that one search keeps them apart
-
-
-@dataclass(frozen=True)
-class Features:
-    """What describes an object seen now (4.1); H of them."""
-
-    position: np.ndarray  # (H, 2) [m] centroid of the cells, frame base
-    extent: np.ndarray  # (H, 2, 2) [m^2] second moment of the cells around it
-    cells: np.ndarray  # (H,) number of occupied cells
-    counts: np.ndarray  # (H, S) points of each sensor
-    height: np.ndarray  # (H, 2) [m] lowest and highest point, NaN: no 3D sensor saw it
-    age: np.ndarray  # (H,) [s] mean age of the measurements
-    shadowed: np.ndarray  # (H,) bool: the object may go on behind a nearer one
-    new: np.ndarray  # (H,) share of its cells where nothing was a short while ago
-    stood: np.ndarray  # (H,) share of its cells where something was
-    here: np.ndarray  # (H,) bool: the sensors' last measurements have it
-    left: np.ndarray  # (H,) bool: nothing of it is there any more
-
-    def of(self, which: np.ndarray) -> Features:
-        """Those of `which` (M,)."""
-        return Features(*[getattr(self, field.name)[which] for field in fields(self)])
 
 
 @dataclass(frozen=True)
@@ -126,48 +105,6 @@ def _unions(own: Sequence[int]) -> list[tuple[int, ...]]:
     """All of these atoms together, and pairs if there are not too many."""
     pairs = combinations(own, 2) if 2 < len(own) <= MOST_PARTS else ()
     return [tuple(own), *pairs] if len(own) > 1 else []
-
-
-def describe(grid: FusionGrid, cells: Ragged) -> Features:
-    """Features of these sets of obstacle cells."""
-    owner, at, number = cells.owner, cells.values, cells.lengths
-    if not len(cells):
-        return no_features(grid.counts.shape[1])
-
-    def mean(values: np.ndarray) -> np.ndarray:
-        return np.bincount(owner, values[at], minlength=len(cells)) / number
-
-    centre, extent = moments(Ragged(grid.position[at], cells.start))
-    start = cells.start[:-1]
-    lowest = np.fmin.reduceat(grid.height[at, 0], start)
-    highest = np.fmax.reduceat(grid.height[at, 1], start)
-    here = mean(np.isfinite(grid.fresh[:, 2])) > 0.0
-    return Features(
-        centre,
-        extent,
-        number,
-        np.add.reduceat(grid.counts[at], start, axis=0),
-        np.stack([lowest, highest], axis=1),
-        mean(grid.age),
-        mean(grid.shadowed) > 0.0,
-        mean(grid.new),
-        mean(grid.stood),
-        here,
-        ~here & (mean(grid.left) >= MOSTLY),
-    )
-
-
-def no_features(sensors: int) -> Features:
-    """Of nothing."""
-    none = np.empty(0)
-    return Features(
-        np.empty((0, 2)),
-        np.empty((0, 2, 2)),
-        np.empty(0, np.int64),
-        np.empty((0, sensors), np.int64),
-        np.empty((0, 2)),
-        *(none, none > 0, none, none, none > 0, none > 0),
-    )
 
 
 class _Cover:

@@ -12,9 +12,10 @@ from safe_passage.core.geometry import Pose, compose, inverse, rotation
 from safe_passage.monitoring.aggregation import Aggregator, Measurement
 from safe_passage.monitoring.association import associate
 from safe_passage.monitoring.clustering import cluster
+from safe_passage.monitoring.features import describe
 from safe_passage.monitoring.free_space import FreeSpace
 from safe_passage.monitoring.fusion_grid import Fusion, FusionGrid
-from safe_passage.monitoring.hypotheses import Hypotheses, Rules, describe, propose
+from safe_passage.monitoring.hypotheses import Hypotheses, Rules, propose
 from safe_passage.monitoring.motion import move_frame, predict
 from safe_passage.monitoring.observation import classify, observe
 from safe_passage.monitoring.parameters import TrackerParameters

@@ -8,7 +8,7 @@ from typing import Callable
 import numpy as np
 
 from safe_passage.core.geometry import Pose, rotation
-from safe_passage.monitoring.hypotheses import Features, no_features
+from safe_passage.monitoring.features import Features, no_features
 from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.ragged import Ragged
 

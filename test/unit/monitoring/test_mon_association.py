@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from safe_passage.monitoring.association import associate, candidates, choose, feature_distance
-from safe_passage.monitoring.hypotheses import Features, Hypotheses
+from safe_passage.monitoring.features import Features
+from safe_passage.monitoring.hypotheses import Hypotheses
 from safe_passage.monitoring.parameters import CLOUD, SourceParameters, TrackerParameters
 from safe_passage.monitoring.ragged import Ragged
 from safe_passage.monitoring.tracks import new_tracks
