@@ -18,10 +18,14 @@ from safe_passage.evaluation.tracking_lidar3d import (
     tracked_range,
 )
 from safe_passage.evaluation.tracking_metrics import Score, score
+from safe_passage.evaluation.tracking_real_report import as_markdown as recordings_table
+from safe_passage.evaluation.tracking_real_report import judge_all as judge_recordings
+from safe_passage.evaluation.tracking_real_report import sums
 from safe_passage.evaluation.tracking_recording import Recording, merged, recordings
 from safe_passage.evaluation.tracking_report import EVERY, Line, as_markdown, judge_all, total
 from safe_passage.evaluation.tracking_runs import ABLATION, follow, tracker_parameters
 from safe_passage.evaluation.tracking_scenarios import TrackingScenario
+from safe_passage.ros.tracker_recordings import read_tracking
 
 from bench.metric import metric
 from bench.tracker_cost import cycle_cost, memory_growth, one_core, peer_cost, stage_shares
@@ -32,6 +36,7 @@ WORKERS = Workers(processes=os.cpu_count() or 1)
 SEEDS = (4001, 4002)  # nothing was tuned with these
 FIELD_SEED = 4003
 QUICK = ("crossing_standing", "fig6", "static_driving")
+REAL_QUICK = ("positive_2", "scans_demo", "overtake_ego")
 PEERS = ("norfair", "stonesoup")
 PEER_CYCLES_QUICK = 60
 SHARED = 300  # objects at which the stages' shares are metrics
@@ -44,7 +49,8 @@ def run(quick: bool = False) -> list[dict]:
         cost = [*speed(quick), *memory(quick), *peers_speed(quick)]
     scenarios = chosen(quick)
     recordings(scenarios, WORKERS)
-    return [*cost, *accuracy(scenarios, quick), *peers_accuracy(scenarios, quick), *lidar3d(quick)]
+    found = [*accuracy(scenarios, quick), *peers_accuracy(scenarios, quick), *lidar3d(quick)]
+    return [*cost, *found, *real(quick)]
 
 
 def chosen(quick: bool) -> list[TrackingScenario]:
@@ -189,3 +195,21 @@ def lidar3d(quick: bool) -> list[dict]:
     shown = ", ".join(f"{b.end:.0f} m {b.found / b.there:.0%}" for b in ordered if b.there)
     print(f"3D lidar, people tracked up to: {shown}")
     return [metric("lidar3d_range_m", tracked_range(ordered), "m", ">= 40")]
+
+
+def real(quick: bool) -> list[dict]:
+    """Real recordings, where they are here."""
+    folder = CONFIG.parent / "../shared/data"
+    folder = Path(os.environ.get("SAFE_PASSAGE_DATA", folder))
+    results = []
+    if folder.is_dir():
+        results = judge_recordings(read_tracking(folder, REAL_QUICK if quick else ()), CONFIG)
+        print(recordings_table(results))
+    else:
+        print(f"real recordings: not measured, {folder} is not here (SAFE_PASSAGE_DATA)")
+    rows = []
+    for name, value in sums(results).items():
+        unit = "m/s" if name == "car_speed_error" else "ids" if name.endswith("ids") else ""
+        bar = "< 0.01" if name.startswith("false_moving") else ""
+        rows.append(metric(f"real_{name}", None if np.isnan(value) else value, unit, bar))
+    return rows

@@ -17,11 +17,14 @@ from safe_passage.evaluation import (
     detector_report,
     leg_report,
     plots,
+    tracking_real_report,
 )
 from safe_passage.evaluation.parallel import Workers
 from safe_passage.evaluation.report import write_report
 from safe_passage.evaluation.setting import Setting
+from safe_passage.evaluation.tracking_real import RealRecording
 
+TrackingRecordings = Callable[[Path, Sequence[str]], Sequence[RealRecording]]
 Recordings = Callable[[Sequence[Path], Sequence[Path]], leg_report.Recordings]
 EPILOG = """
 Results do not depend on the number of processes. Each command writes a Markdown table, which it
@@ -29,17 +32,26 @@ also prints, JSON with everything in detail, and pictures.
 """
 
 
-def main(config: Path, read_recordings: Recordings, arguments: Sequence[str] | None = None) -> int:
+def main(
+    config: Path,
+    read_recordings: Recordings,
+    arguments: Sequence[str] | None = None,
+    read_tracking: TrackingRecordings | None = None,
+) -> int:
     """Run the command line; returns its exit status.
 
     Args:
         config: folder of the package's worlds, robots and costmap.
         read_recordings: positive bags, negative bags -> segments and scans; knows ROS's bags.
+        read_tracking: folder, parts of names -> what the obstacle tracker is judged by; the same.
     """
     args = _parser(config).parse_args(arguments)
-    setting = Setting(args.world, args.robot, args.costmap)
-    workers = Workers(args.processes, args.dask)
     try:
+        if args.command == "recordings":
+            _recordings(args, config, read_tracking)
+            return 0
+        setting = Setting(args.world, args.robot, args.costmap)
+        workers = Workers(args.processes, args.dask)
         if args.command == "legs":
             _legs(args, setting, workers, read_recordings)
         else:
@@ -97,6 +109,18 @@ def _closed_loop(args: argparse.Namespace, setting: Setting, workers: Workers) -
     print(markdown)
 
 
+def _recordings(
+    args: argparse.Namespace, config: Path, read_tracking: TrackingRecordings | None
+) -> None:
+    if read_tracking is None:
+        raise InputError("recordings: nobody here can read bags")
+    recordings = read_tracking(args.folder, args.only)
+    results = tracking_real_report.judge_all(recordings, config, args.out)
+    markdown = tracking_real_report.as_markdown(results)
+    write_report(args.out, "recordings", markdown, tracking_real_report.as_values(results))
+    print(markdown)
+
+
 COMMANDS = {"dataset": _dataset, "detector": _detector, "closed-loop": _closed_loop}
 
 
@@ -143,6 +167,11 @@ def _parser(config: Path) -> argparse.ArgumentParser:
         "--detect-every", type=_at_least(1), default=1, metavar="N", help="cycles of 0.1 s"
     )
     _add_methods(loop, closed_loop_table.METHODS)
+    text = "the obstacle tracker on real recordings"
+    real = commands.add_parser("recordings", help=text, description=text)
+    real.add_argument("folder", type=Path, help="with lidar2d_legs and the like in it")
+    real.add_argument("--only", nargs="+", default=[], metavar="NAME", help="parts of names")
+    real.add_argument("--out", type=Path, default=Path("evaluation/recordings"), metavar="FOLDER")
     return parser
 
 

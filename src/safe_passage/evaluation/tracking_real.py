@@ -14,7 +14,6 @@ from typing import Sequence
 import numpy as np
 
 from safe_passage.core.geometry import Pose, matrix, placed
-from safe_passage.evaluation.report import table
 from safe_passage.evaluation.tracking_metrics import (
     GATE,
     NEAR_PERSON,
@@ -42,19 +41,6 @@ GAP = 1.0  # [s] without scans: what was cut out of a recording; the tracker beg
 DT = 0.1  # [s] before and after, for a vehicle's velocity
 NOWHERE = np.empty((0, 2))
 SEEN = 0.35  # [m] from a vehicle's middle to a point of it
-HEADER = (
-    *("recording", "truth", "s", "cycles", "tracks", "called moving", "movers", "found", "ids"),
-    *(
-        "wait [s]",
-        "mover-cycles",
-        "tracked",
-        "error [m]",
-        "[m/s]",
-        "static tracks",
-        "false moving",
-        "ms",
-    ),
-)
 
 
 @dataclass(frozen=True)
@@ -301,18 +287,3 @@ def _speed_error(ran: Run) -> float:
         for i in np.flatnonzero(said.moving & said.fresh & (away <= GATE)):
             errors.append(np.hypot(*(said.velocity[i] - (after - before) / (2 * DT))))
     return float(np.median(errors)) if errors else float("nan")
-
-
-def as_markdown(results: Sequence[Result]) -> str:
-    """A table, a line a recording."""
-    return table(HEADER, [_row(one) for one in results])
-
-
-def _row(r: Result) -> tuple:
-    return (
-        *(r.recording.name, r.recording.truth, f"{r.seconds:.0f}", r.cycles, f"{r.tracks:.1f}"),
-        *(r.called_moving, r.movers, r.found, r.ids, f"{r.wait:.1f}", r.mover_cycles),
-        f"{r.tracked / r.mover_cycles:.0%}" if r.mover_cycles else "-",
-        *(f"{r.error:.2f}", f"{r.speed_error:.2f}", r.static_tracks, r.false_moving),
-        f"{r.milliseconds:.1f}",
-    )

@@ -35,6 +35,7 @@ def run(*arguments):
         (["closed-loop", "--processes", "0"], "less than 1"),
         (["closed-loop", "--runs", "-3"], "less than 1"),
         (["dataset", "--seed", "-1"], "less than 0"),
+        (["recordings"], "folder"),
     ],
 )
 def test_wrong_arguments(capsys, arguments, message):

@@ -9,6 +9,7 @@ from safe_passage.core.geometry import matrix, placed
 from safe_passage.evaluation import tracking_real as real
 from safe_passage.evaluation.scan_matching import match_scans
 from safe_passage.evaluation.tracking_real_plots import draw_run
+from safe_passage.evaluation.tracking_real_report import as_markdown, as_values, judge_all, sums
 from safe_passage.evaluation.tracking_real_truth import linked, newcomers, persons_of_legs
 from safe_passage.leg_detection.scan import Scan
 from safe_passage.simulation import raycast
@@ -56,7 +57,7 @@ def test_who_walks_is_found_by_marked_legs_with_one_identity(tmp_path):
     assert result.error < 0.2
     assert result.static_tracks >= 1
     assert result.false_moving == 0
-    assert "| tiny | marked legs | 5 | 50 |" in real.as_markdown([result])
+    assert "| tiny | marked legs | 5 | 50 |" in as_markdown([result])
     draw_run(ran, truth, tmp_path / "tiny.png")
     assert (tmp_path / "tiny.png").stat().st_size > 1000
 
@@ -143,3 +144,16 @@ def test_placed_in_the_odometrys_frame():
     way = np.array([[100.0, 1.0, 0.0, 0.0], [102.0, 3.0, 0.0, 0.0]])
     assert real.pose_at(way, 101.0) == (2.0, 0.0, 0.0)
     assert placed(np.zeros((1, 2)), real.pose_at(np.empty((0, 4)), 5.0)).tolist() == [[0.0, 0.0]]
+
+
+def test_sums_are_over_what_tells_the_same(tmp_path):
+    results = judge_all([recording(walk(), real.CAME)], CONFIG, tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["tiny.png"]
+    (only,) = results
+    found = sums(results)
+    assert found["came_tracked"] == only.tracked / only.mover_cycles
+    assert found["false_moving_share_standing"] == 0.0
+    assert np.isnan(found["false_moving_share_driving"])
+    assert np.isnan(found["walkers_tracked"])
+    assert as_values(results)["recordings"]["tiny"]["truth"] == real.CAME
+    assert all(np.isnan(value) for value in sums([]).values())
