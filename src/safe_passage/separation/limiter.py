@@ -141,6 +141,13 @@ class _Judge:
         touched = self._brake + table.growth <= 0.0
         touched[touched[:, 0]] = False  # a robot in touch may leave
         self._touches = touched.any(axis=1)
+        # who would run into it though it brakes; from a follower it may drive away if it must
+        in_time = times[touched.argmax(axis=1)] > courses.stands(np.array([courses.now]))
+        nearest = (self._brake + table.growth)[:, : self._ahead]
+        self._least, present = nearest.min(axis=1), nearest[:, 0]
+        comes = (self._least < 0.5 * p.kept) & (self._least < present - p.tolerance)
+        follows = table.behind & ((present < p.kept) | ~in_time)
+        self._runs_into = (self._touches | comes) & ~follows
         last = self._ahead - 1
         self._end = np.where(self._touches, np.minimum(touched.argmax(axis=1), last), last)
         self._escape = _slow_scale(motion, p.escape_speed, p)
@@ -191,8 +198,8 @@ class _Judge:
     def _leads_out(self, on: np.ndarray, kept: float) -> np.ndarray:
         """Never nearer than by braking, but for a little on the way; what is free stays free.
 
-        If braking leads to a touch, going on must not; unless it leads straight away from where
-        that obstacle is, and is better until the touch. After that nothing is compared.
+        If braking leads to a touch, it must be better until then; after that nothing is compared.
+        From who runs into a robot that brakes it must leave clearly more room.
         """
         brake = self._brake[:, : self._ahead]
         floor = np.where(brake < kept, brake - self._p.tolerance, kept)
@@ -200,9 +207,9 @@ class _Judge:
         last = np.minimum(brake[n, end] + np.where(self._touches, SAME, -SAME), kept)
         after = np.arange(on.shape[2]) > end[:, None]
         better = (on >= floor[:, None]) | after[:, None]
-        growth = self._table.growth[:, : self._ahead]
-        past = (on + growth[:, None] >= self._p.clearance).all(axis=2)
-        out = past | ~(self._touches & ~self._table.behind)[:, None]
+        room = (on + self._table.growth[:, None, : self._ahead]).min(axis=2)
+        asked = np.maximum(self._p.clearance, self._least + self._p.advantage)
+        out = (room >= asked[:, None]) | ~self._runs_into[:, None]
         return _all(better) & (on[n, :, end] >= last[:, None]).all(axis=0) & out.all(axis=0)
 
     def best_way_through(self, kept: float, hurries: bool) -> float:

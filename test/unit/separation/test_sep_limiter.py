@@ -239,6 +239,20 @@ def test_it_stands_for_who_runs_into_it_from_aside_and_behind(comes):
     assert assess(people(comes), (0.6, 0.0, 0.0)).scale == 0.0
 
 
+def test_it_stands_for_a_follower_if_it_has_the_time():
+    assert assess(people((-2.6, 0.0, 1.5, 0.0)), (0.4, 0.0, 0.0)).scale == 0.0
+    assert assess(people((-1.2, 0.0, 1.5, 0.0)), (0.4, 0.0, 0.0)).scale == 1.0
+
+
+@pytest.mark.parametrize("comes", [(-0.8, -0.8, 0.0, 0.8), (-0.4, -0.8, -0.8, 0.4)])
+def test_a_standing_robot_does_not_set_out_before_who_all_but_touches_it(comes):
+    """Setting out would leave a little more room, and move when it is touched."""
+    curve, still = (0.36, 0.0, 0.1), (0.0, 0.0, 0.0)
+    assert assess(people(comes, deviation=0.1), curve, still).scale == 0.0
+    stands = people((*comes[:2], 0.0, 0.0), deviation=0.1)
+    assert assess(stands, curve, still).reason is Reason.ESCAPE
+
+
 def test_a_place_to_stop_at_stays_clear():
     """Driving on meets him at once, stopping later; either way it must not drive on."""
     comes = people((6.5, 0.0, -1.0, 0.0))
