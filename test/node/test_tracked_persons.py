@@ -59,7 +59,8 @@ class TrackedPersonsTest(unittest.TestCase):
         T_camera_odom = np.linalg.inv(
             matrix(self.world.pose_after(self.world.since(stamp))) @ SENSORS[CAMERA].T_base_sensor
         )
-        header = to_header(stamp, SENSORS[CAMERA].frame if frame is None else frame)
+        camera = self.world.frame(SENSORS[CAMERA].name)
+        header = to_header(stamp, camera if frame is None else frame)
         message = PersonArray(header=header)
         for x, y in places:
             at = T_camera_odom @ (x, y, 0.0, 1.0)

@@ -1,4 +1,7 @@
-"""A wall and people, as two lidars and a depth camera of a robot measure them, exactly."""
+"""A wall and people, as two lidars and a depth camera of a robot measure them, exactly.
+
+A robot's topics are in its namespace, its frames have its name before them.
+"""
 
 import math
 
@@ -34,17 +37,17 @@ class Lidar:
     KIND = LaserScan
 
     def __init__(self, name, T_base_sensor, turn):
-        self.frame, self.T_base_sensor = f"robot1/{name}", T_base_sensor
+        self.name, self.T_base_sensor = name, T_base_sensor
         self._increment = turn * STEP
         self.angles = -turn * math.radians(135) + self._increment * np.arange(BEAMS)
         zero = np.zeros(BEAMS)
         self._rays = np.stack([np.cos(self.angles), np.sin(self.angles), zero], axis=1)
 
-    def measure(self, stamp, pose, people):
+    def measure(self, header, pose, people):
         """A LaserScan."""
         ranges = cast(pose, self.T_base_sensor, self._rays, people)
         return LaserScan(
-            header=to_header(stamp, self.frame), angle_min=self.angles[0],
+            header=header, angle_min=self.angles[0],
             angle_max=self.angles[-1], angle_increment=self._increment, range_min=0.05,
             range_max=RANGE_MAX, ranges=ranges.tolist(),
         )  # fmt: skip
@@ -57,7 +60,7 @@ class Camera:
     SIZE = 48, 64
 
     def __init__(self, name, T_base_body):
-        self.frame = f"robot1/{name}"
+        self.name = name
         optical = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
         self.T_base_sensor = T_base_body.copy()
         self.T_base_sensor[:3, :3] = T_base_body[:3, :3] @ optical
@@ -65,13 +68,13 @@ class Camera:
         rays = np.stack([u - 31.5, v - 23.5, np.full(u.shape, 55.4)], axis=1)
         self._rays = rays / np.linalg.norm(rays, axis=1)[:, None]
 
-    def measure(self, stamp, pose, people):
+    def measure(self, header, pose, people):
         """A PointCloud2, the floor in it."""
         floor = raycast.plane_z(self.T_base_sensor[:3, 3], self._rays @ self._turn().T, 0.0)
         ranges = np.minimum(cast(pose, self.T_base_sensor, self._rays, people), floor)
         ranges[~np.isfinite(ranges)] = np.nan
         xyz = (ranges[:, None] * self._rays).astype(np.float32).reshape(*self.SIZE, 3)
-        return to_cloud(to_header(stamp, self.frame), xyz, np.zeros(xyz.shape, np.uint8))
+        return to_cloud(header, xyz, np.zeros(xyz.shape, np.uint8))
 
     def _turn(self):
         return self.T_base_sensor[:3, :3]
@@ -101,13 +104,14 @@ SENSORS = {  # topic -> sensor, in the order of obstacle_tracker.yaml
 class World:
     """Makes the clock; people and robot are where their functions say."""
 
-    def __init__(self):
+    def __init__(self, robot="robot1"):
+        self._robot = robot
         self._now = 100.0  # [s]
         self.measured = rospy.Time()  # when a sensor spoke last
         self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
         self._tf = rospy.Publisher("/tf", TFMessage, queue_size=100)
         self._sensors = {
-            topic: rospy.Publisher(topic, sensor.KIND, queue_size=10)
+            topic: rospy.Publisher(f"/{robot}/{topic}", sensor.KIND, queue_size=10)
             for topic, sensor in SENSORS.items()
         }
         self.begin()
@@ -145,16 +149,23 @@ class World:
     def publish_tf(self, stamp):
         """The robot's place, and the sensors' in it."""
         T = matrix(self.pose_after(self.since(stamp)))
-        found = [to_transform(to_header(stamp, ODOM), BASE, T[:3, 3], T[:3, :3])]
+        odom, base = to_header(stamp, self.frame("odom")), self.frame("base_link")
+        found = [to_transform(odom, base, T[:3, 3], T[:3, :3])]
         for sensor in SENSORS.values():
-            T, header = sensor.T_base_sensor, to_header(stamp, BASE)
-            found.append(to_transform(header, sensor.frame, T[:3, 3], T[:3, :3]))
+            T, header = sensor.T_base_sensor, to_header(stamp, base)
+            found.append(to_transform(header, self.frame(sensor.name), T[:3, 3], T[:3, :3]))
         self._tf.publish(found)
+
+    def frame(self, name):
+        """As tf knows it."""
+        return f"{self._robot}/{name}"
 
     def message(self, topic, stamp):
         """What the sensor measures then."""
         age = self.since(stamp)
-        return SENSORS[topic].measure(stamp, self.pose_after(age), self.people_after(age))
+        sensor = SENSORS[topic]
+        header = to_header(stamp, self.frame(sensor.name))
+        return sensor.measure(header, self.pose_after(age), self.people_after(age))
 
     def publish(self, topic, message):
         """As it is."""
