@@ -208,7 +208,8 @@ class _Judge:
         after = np.arange(on.shape[2]) > end[:, None]
         better = (on >= floor[:, None]) | after[:, None]
         room = (on + self._table.growth[:, None, : self._ahead]).min(axis=2)
-        asked = np.maximum(self._p.clearance, self._least + self._p.advantage)
+        asked = np.minimum(self._least + self._p.advantage, 0.5 * self._p.kept)
+        asked = np.maximum(asked, self._p.clearance)
         out = (room >= asked[:, None]) | ~self._runs_into[:, None]
         return _all(better) & (on[n, :, end] >= last[:, None]).all(axis=0) & out.all(axis=0)
 

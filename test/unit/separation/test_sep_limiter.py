@@ -239,6 +239,13 @@ def test_it_stands_for_who_runs_into_it_from_aside_and_behind(comes):
     assert assess(people(comes), (0.6, 0.0, 0.0)).scale == 0.0
 
 
+def test_it_drives_on_past_who_comes_near_if_that_leaves_room():
+    """Braking leaves a tenth of a metre, driving on not twice that, but enough."""
+    passes = people((-0.5, -1.4, 0.0, 1.2), deviation=0.1)
+    assert assess(passes, (0.6, 0.0, 0.0)).scale == 1.0
+    assert assess(passes, (0.6, 0.0, 0.0), clearance=0.4).scale == 0.0
+
+
 def test_it_stands_for_a_follower_if_it_has_the_time():
     assert assess(people((-2.6, 0.0, 1.5, 0.0)), (0.4, 0.0, 0.0)).scale == 0.0
     assert assess(people((-1.2, 0.0, 1.5, 0.0)), (0.4, 0.0, 0.0)).scale == 1.0
