@@ -75,7 +75,7 @@ class Allowed:
     scale: float
     with_margin: float  # if the robot kept release_margin more
     inside: bool = False  # something is nearer than the distance to be kept
-    hurry: bool = False  # stopping is in somebody's way: no time for a slow release
+    hurry: bool = False  # stopping would be in somebody's way: no time for a slow release
 
 
 def largest_scale(
@@ -96,17 +96,18 @@ def largest_scale(
     """
     if motion.stands or not len(table.distance):
         return Allowed(1.0, 1.0)
-    judge = _Judge(table, courses, times, motion, p)
+    judge = _Judge(table, courses, times, motion, hurries, p)
     largest, with_margin = (_largest(judge, kept) for kept in (p.kept, p.kept + p.release_margin))
     slow = np.linspace(0.0, _slow_scale(motion, p.cautious_speed, p), 5)
     if largest < slow[-1]:
         cautiously = judge.without_growth().may(slow, p.kept)
         largest = max(largest, float(slow[cautiously].max()))
-    through = judge.best_way_through(p.kept, hurries) if largest <= 0.0 else 0.0
+    through = judge.best_way_through(p.kept) if largest <= 0.0 else 0.0
     if largest < slow[-1]:
         largest = max(largest, float(slow[judge.can_wait(slow, p.kept)].max(initial=0.0)))
     scale = max(largest, through)
-    return Allowed(scale, max(with_margin, through), judge.inside(p.kept), through > 0.0)
+    hurries = through > 0.0 or (largest > slow[-1] and judge.someone_runs_into)
+    return Allowed(scale, max(with_margin, through), judge.inside(p.kept), hurries)
 
 
 def _largest(judge: _Judge, kept: float) -> float:
@@ -133,6 +134,7 @@ class _Judge:
         courses: Courses,
         times: np.ndarray,
         motion: Motion,
+        hurries: bool,
         p: SeparationParameters,
     ) -> None:
         self._table, self._courses, self._times, self._p = table, courses, times, p
@@ -148,6 +150,9 @@ class _Judge:
         comes = (self._least < 0.5 * p.kept) & (self._least < present - p.tolerance)
         follows = table.behind & ((present < p.kept) | ~in_time)
         self._runs_into = (self._touches | comes) & ~follows
+        self._hurries = hurries  # has begun to drive on: a little less room is no reason to stop
+        self._gain = -p.advantage if hurries else p.advantage
+        self._clearance = p.clearance - (p.advantage if hurries else 0.0)
         last = self._ahead - 1
         self._end = np.where(self._touches, np.minimum(touched.argmax(axis=1), last), last)
         self._escape = _slow_scale(motion, p.escape_speed, p)
@@ -158,7 +163,12 @@ class _Judge:
         table = self._table
         more = np.where(table.unknown[:, None], 0.0, table.growth - table.growth[:, :1])
         now = replace(table, growth=table.growth - more, distance=table.distance + more[:, None])
-        return _Judge(now, self._courses, self._times, self._motion, self._p)
+        return _Judge(now, self._courses, self._times, self._motion, self._hurries, self._p)
+
+    @property
+    def someone_runs_into(self) -> bool:
+        """Somebody would touch a robot that brakes, or nearly."""
+        return bool(self._runs_into.any())
 
     def inside(self, kept: float) -> bool:
         """Whether something is too near already."""
@@ -209,11 +219,11 @@ class _Judge:
         better = (on >= floor[:, None]) | after[:, None]
         room = (on + self._table.growth[:, None, : self._ahead]).min(axis=2)
         asked = np.minimum(self._least + self._p.advantage, 0.5 * self._p.kept)
-        asked = np.maximum(asked, self._p.clearance)
+        asked = np.maximum(asked, self._clearance)
         out = (room >= asked[:, None]) | ~self._runs_into[:, None]
         return _all(better) & (on[n, :, end] >= last[:, None]).all(axis=0) & out.all(axis=0)
 
-    def best_way_through(self, kept: float, hurries: bool) -> float:
+    def best_way_through(self, kept: float) -> float:
         """The scale with most room if stopping is in somebody's way, 0: there is no better one.
 
         Growth is left out: it is the same for all of them.
@@ -225,9 +235,7 @@ class _Judge:
         on = self._on(COARSE) + growth[:, None, : self._ahead]
         least = on.min(axis=(0, 2))
         most = min(least.max(), kept)
-        gain = -self._p.advantage if hurries else self._p.advantage
-        clearance = 0.0 if hurries else self._p.clearance
-        if most <= max(clearance, stopped + gain):
+        if most <= max(self._clearance, stopped + self._gain):
             return 0.0
         return float(COARSE[least >= most - SAME].max())
 

@@ -246,6 +246,14 @@ def test_it_drives_on_past_who_comes_near_if_that_leaves_room():
     assert assess(passes, (0.6, 0.0, 0.0), clearance=0.4).scale == 0.0
 
 
+def test_who_drives_on_past_somebody_does_not_stop_in_his_way_for_a_little_less_room():
+    monitor, drives = SeparationMonitor(parameters()), RobotState((0.6, 0.0, 0.0))
+    less = people((0.1, -1.4, 0.0, 0.6))
+    assert monitor.assess(0.0, people((0.0, -1.4, 0.0, 0.6)), drives).scale == 1.0
+    assert monitor.assess(0.04, less, drives).scale == 1.0
+    assert SeparationMonitor(parameters()).assess(0.0, less, drives).scale == 0.0
+
+
 def test_it_stands_for_a_follower_if_it_has_the_time():
     assert assess(people((-2.6, 0.0, 1.5, 0.0)), (0.4, 0.0, 0.0)).scale == 0.0
     assert assess(people((-1.2, 0.0, 1.5, 0.0)), (0.4, 0.0, 0.0)).scale == 1.0
