@@ -152,7 +152,7 @@ class _Judge:
         self._runs_into = (self._touches | comes) & ~follows
         self._hurries = hurries  # has begun to drive on: a little less room is no reason to stop
         self._gain = -p.advantage if hurries else p.advantage
-        self._clearance = p.clearance - (p.advantage if hurries else 0.0)
+        self._clearance = max(0.0, p.clearance - (p.advantage if hurries else 0.0))
         last = self._ahead - 1
         self._end = np.where(self._touches, np.minimum(touched.argmax(axis=1), last), last)
         self._escape = _slow_scale(motion, p.escape_speed, p)
