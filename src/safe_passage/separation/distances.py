@@ -10,7 +10,6 @@ from safe_passage.separation.prediction import Prediction
 from safe_passage.separation.robot_motion import Motion, Shape
 
 BATCH = 8  # obstacles that are looked at closely together
-STRAIGHT = 0.95  # cosine from which on two directions are the same
 
 
 @dataclass(frozen=True)
@@ -101,7 +100,6 @@ class Table:
     """Distances of the obstacles that could come near, wherever the robot is when."""
 
     unknown: np.ndarray  # (n,) bool: these may come from anywhere
-    behind: np.ndarray  # (n,) bool: the robot drives straight away from where these are now
     growth: np.ndarray  # (n, T) [m]
     distance: np.ndarray  # (n, K, T) [m] to the robot at u[k] at times[t], less the growth
     spacing: float  # [s] between two u
@@ -135,15 +133,7 @@ def make_table(
     growth = prediction.growth[which[n], t]
     true = exact(prediction, which[n], t, motion.poses[k], shape, enough + growth)
     distance[n, k, t] = true - growth
-    behind = _is_behind(prediction.centre[which], motion)
-    return Table(prediction.unknown[which], behind, prediction.growth[which], distance, spacing)
-
-
-def _is_behind(centre: np.ndarray, motion: Motion) -> np.ndarray:
-    """(n,) bool of places `centre` (n, 2)."""
-    first = motion.poses[1, :2] - motion.poses[0, :2]
-    away = np.hypot(*first) * np.hypot(*centre.T)
-    return (away > 0.0) & (centre @ first <= -STRAIGHT * away)
+    return Table(prediction.unknown[which], prediction.growth[which], distance, spacing)
 
 
 def _near_circles(

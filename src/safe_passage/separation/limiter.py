@@ -51,11 +51,6 @@ class Courses:
         missed = less * rising - 0.5 * rising**2 / self._speeding
         return scale[:, None] * self._t + self.stop(more) - missed
 
-    @property
-    def now(self) -> float:
-        """The scale at which the robot goes now."""
-        return self._now
-
     def stands(self, scale: np.ndarray) -> np.ndarray:
         """(S,) [s] when it has stopped."""
         return self._reaction + scale * self._braking
@@ -75,7 +70,7 @@ class Allowed:
     scale: float
     with_margin: float  # if the robot kept release_margin more
     inside: bool = False  # something is nearer than the distance to be kept
-    hurry: bool = False  # stopping would be in somebody's way: no time for a slow release
+    hurry: bool = False  # stopping is in somebody's way: no time for a slow release
 
 
 def largest_scale(
@@ -92,22 +87,18 @@ def largest_scale(
     if it does so by stopping after the next cycle; or if the way leads out of what is too near
     already; or if stopping is in somebody's way and going on leaves more room. Who `hurries` on so
     already needs a better reason to stop. What is too near only because it may have strayed from
-    its way by then, or later than the robot needs to stop, does not stop it, but makes it slow.
+    its way by then does not stop the robot, but makes it slow.
     """
     if motion.stands or not len(table.distance):
         return Allowed(1.0, 1.0)
-    judge = _Judge(table, courses, times, motion, hurries, p)
+    judge = _Judge(table, courses, times, motion, p)
     largest, with_margin = (_largest(judge, kept) for kept in (p.kept, p.kept + p.release_margin))
-    slow = np.linspace(0.0, _slow_scale(motion, p.cautious_speed, p), 5)
-    if largest < slow[-1]:
-        cautiously = judge.without_growth().may(slow, p.kept)
-        largest = max(largest, float(slow[cautiously].max()))
-    through = judge.best_way_through(p.kept) if largest <= 0.0 else 0.0
-    if largest < slow[-1]:
-        largest = max(largest, float(slow[judge.can_wait(slow, p.kept)].max(initial=0.0)))
+    cautious = _slow_scale(motion, p.cautious_speed, p)
+    if largest < cautious:
+        largest = max(largest, _cautiously(judge.without_growth(), cautious, p.kept))
+    through = judge.best_way_through(p.kept, hurries) if largest <= 0.0 else 0.0
     scale = max(largest, through)
-    hurries = through > 0.0 or (largest > slow[-1] and judge.someone_runs_into)
-    return Allowed(scale, max(with_margin, through), judge.inside(p.kept), hurries)
+    return Allowed(scale, max(with_margin, through), judge.inside(p.kept), through > 0.0)
 
 
 def _largest(judge: _Judge, kept: float) -> float:
@@ -118,6 +109,12 @@ def _largest(judge: _Judge, kept: float) -> float:
     fine = np.linspace(coarse, coarse + COARSE[1], FINE, endpoint=False)
     found = float(fine[judge.may(fine, kept)].max(initial=coarse))
     return found if found >= LEAST else 0.0
+
+
+def _cautiously(judge: _Judge, most: float, kept: float) -> float:
+    """The largest of a few scales up to `most` that may be chosen."""
+    scales = np.linspace(0.0, most, 5)
+    return float(scales[judge.may(scales, kept)].max())
 
 
 def _slow_scale(motion: Motion, speed: float, p: SeparationParameters) -> float:
@@ -134,7 +131,6 @@ class _Judge:
         courses: Courses,
         times: np.ndarray,
         motion: Motion,
-        hurries: bool,
         p: SeparationParameters,
     ) -> None:
         self._table, self._courses, self._times, self._p = table, courses, times, p
@@ -143,16 +139,6 @@ class _Judge:
         touched = self._brake + table.growth <= 0.0
         touched[touched[:, 0]] = False  # a robot in touch may leave
         self._touches = touched.any(axis=1)
-        # who would run into it though it brakes; from a follower it may drive away if it must
-        in_time = times[touched.argmax(axis=1)] > courses.stands(np.array([courses.now]))
-        nearest = (self._brake + table.growth)[:, : self._ahead]
-        self._least, present = nearest.min(axis=1), nearest[:, 0]
-        comes = (self._least < 0.5 * p.kept) & (self._least < present - p.tolerance)
-        follows = table.behind & ((present < p.kept) | ~in_time)
-        self._runs_into = (self._touches | comes) & ~follows
-        self._hurries = hurries  # has begun to drive on: a little less room is no reason to stop
-        self._gain = -p.advantage if hurries else p.advantage
-        self._clearance = max(0.0, p.clearance - (p.advantage if hurries else 0.0))
         last = self._ahead - 1
         self._end = np.where(self._touches, np.minimum(touched.argmax(axis=1), last), last)
         self._escape = _slow_scale(motion, p.escape_speed, p)
@@ -163,12 +149,7 @@ class _Judge:
         table = self._table
         more = np.where(table.unknown[:, None], 0.0, table.growth - table.growth[:, :1])
         now = replace(table, growth=table.growth - more, distance=table.distance + more[:, None])
-        return _Judge(now, self._courses, self._times, self._motion, self._hurries, self._p)
-
-    @property
-    def someone_runs_into(self) -> bool:
-        """Somebody would touch a robot that brakes, or nearly."""
-        return bool(self._runs_into.any())
+        return _Judge(now, self._courses, self._times, self._motion, self._p)
 
     def inside(self, kept: float) -> bool:
         """Whether something is too near already."""
@@ -191,25 +172,10 @@ class _Judge:
             out &= (scale <= self._escape) | self._must_hurry(on.min(axis=(0, 2)))
         return free | out | (scale == 0.0)
 
-    def can_wait(self, scale: np.ndarray, kept: float) -> np.ndarray:
-        """(S,) bool; whether there will be time to stop for whoever comes too near.
-
-        Until the robot stands and for a while longer nobody is, uncertainty left out: what is seen
-        farther ahead is often wrong, and the robot is slow. Who may come from anywhere does come.
-        """
-        table, p = self._table, self._p
-        growth = np.where(table.unknown[:, None], 0.0, table.growth)
-        stop = table.along(self._courses.stop(scale)) + growth[:, None]
-        brake = self._brake + growth
-        stands = self._courses.stands(np.maximum(scale, self._courses.now))
-        later = self._times > stands[:, None] + p.stop_reserve
-        return _all((np.minimum(stop, brake[:, None]) >= kept) | later)
-
     def _leads_out(self, on: np.ndarray, kept: float) -> np.ndarray:
         """Never nearer than by braking, but for a little on the way; what is free stays free.
 
         If braking leads to a touch, it must be better until then; after that nothing is compared.
-        From who runs into a robot that brakes it must leave clearly more room.
         """
         brake = self._brake[:, : self._ahead]
         floor = np.where(brake < kept, brake - self._p.tolerance, kept)
@@ -217,13 +183,9 @@ class _Judge:
         last = np.minimum(brake[n, end] + np.where(self._touches, SAME, -SAME), kept)
         after = np.arange(on.shape[2]) > end[:, None]
         better = (on >= floor[:, None]) | after[:, None]
-        room = (on + self._table.growth[:, None, : self._ahead]).min(axis=2)
-        asked = np.minimum(self._least + self._p.advantage, 0.5 * self._p.kept)
-        asked = np.maximum(asked, self._clearance)
-        out = (room >= asked[:, None]) | ~self._runs_into[:, None]
-        return _all(better) & (on[n, :, end] >= last[:, None]).all(axis=0) & out.all(axis=0)
+        return _all(better) & (on[n, :, end] >= last[:, None]).all(axis=0)
 
-    def best_way_through(self, kept: float) -> float:
+    def best_way_through(self, kept: float, hurries: bool) -> float:
         """The scale with most room if stopping is in somebody's way, 0: there is no better one.
 
         Growth is left out: it is the same for all of them.
@@ -235,7 +197,8 @@ class _Judge:
         on = self._on(COARSE) + growth[:, None, : self._ahead]
         least = on.min(axis=(0, 2))
         most = min(least.max(), kept)
-        if most <= max(self._clearance, stopped + self._gain):
+        gain = -self._p.advantage if hurries else self._p.advantage
+        if most <= max(0.0, stopped + gain):
             return 0.0
         return float(COARSE[least >= most - SAME].max())
 

@@ -40,11 +40,9 @@ class SeparationParameters:
     rise_rate: float = 1.0  # [1/s] by which the scale rises, at most
     escape_speed: float = 0.3  # [m/s] when it leaves what is nearer than min_distance
     escape_turn: float = 0.5  # [rad/s] the same of a turn
-    cautious_speed: float = 0.2  # [m/s] where only a shape's growth, or only later it, is too near
-    stop_reserve: float = 0.5  # [s] before somebody is too near by which the robot stands
+    cautious_speed: float = 0.2  # [m/s] where not a shape but only its growth would be too near
     tolerance: float = 0.05  # [m] by which a way out may come nearer on its way
     advantage: float = 0.1  # [m] more room by which driving on beats stopping in somebody's way
-    clearance: float = 0.05  # [m] that driving on must leave there, or it is no way out
 
     path_tolerance: float = 0.5  # [m] a robot farther from its planned path has left it
     path_angle: float = 0.8  # [rad] a command that points so far off the path does not follow it
@@ -84,8 +82,6 @@ class SeparationParameters:
         check_range("rise_rate", self.rise_rate, 0.01, 1000.0, "1/s")
         check_range("escape_speed", self.escape_speed, 0.01, 5.0, "m/s")
         check_range("cautious_speed", self.cautious_speed, 0.0, 5.0, "m/s")
-        check_range("stop_reserve", self.stop_reserve, 0.0, 5.0, "s")
-        check_range("clearance", self.clearance, 0.0, 5.0, "m")
         check_range("escape_turn", self.escape_turn, 0.01, 10.0, "rad/s")
         check_range("tolerance", self.tolerance, 0.0, 1.0, "m")
         check_range("advantage", self.advantage, 0.0, 5.0, "m")

@@ -220,54 +220,6 @@ def test_what_only_its_uncertainty_brings_too_near_makes_it_slow():
     assert sure_to_stop.scale == 0.0
 
 
-def test_what_comes_later_than_it_needs_to_stop_makes_it_slow():
-    """He walks up to where it will stand: it may still stop when he is near."""
-    for gap, scale in ((3.0, 0.5), (2.0, 0.5), (1.0, 0.0)):
-        comes = people((0.6 + BODY + KEPT + gap, 0.0, -1.0, 0.0))
-        slow = (0.4, 0.0, 0.0)
-        assert assess(comes, slow).scale == scale, gap
-        assert assess(comes, slow, stop_reserve=5.0).scale == 0.0
-    near = people((0.6 + BODY + KEPT + 2.7, 0.0, -1.0, 0.0))
-    assert assess(near, (0.4, 0.0, 0.0), twist=(1.0, 0.0, 0.0)).scale == 0.0  # needs longer
-    anywhere = people((0.6 + BODY + KEPT + 0.4, 0.0, 0.0, 0.0), deviation=2.0)
-    assert assess(anywhere, (0.4, 0.0, 0.0), max_growth=0.0).scale == 0.0
-
-
-@pytest.mark.parametrize("comes", [(-2.0, -2.0, 1.4, 1.2), (-2.0, -2.0, 1.0, 0.8)])
-def test_it_stands_for_who_runs_into_it_from_aside_and_behind(comes):
-    """Braking or not, he touches it; driving on is a way out only if it leaves room."""
-    assert assess(people(comes), (0.6, 0.0, 0.0)).scale == 0.0
-
-
-def test_it_drives_on_past_who_comes_near_if_that_leaves_room():
-    """Braking leaves a tenth of a metre, driving on not twice that, but enough."""
-    passes = people((-0.5, -1.4, 0.0, 1.2), deviation=0.1)
-    assert assess(passes, (0.6, 0.0, 0.0)).scale == 1.0
-    assert assess(passes, (0.6, 0.0, 0.0), clearance=0.4).scale == 0.0
-
-
-def test_who_drives_on_past_somebody_does_not_stop_in_his_way_for_a_little_less_room():
-    monitor, drives = SeparationMonitor(parameters()), RobotState((0.6, 0.0, 0.0))
-    less = people((0.1, -1.4, 0.0, 0.6))
-    assert monitor.assess(0.0, people((0.0, -1.4, 0.0, 0.6)), drives).scale == 1.0
-    assert monitor.assess(0.04, less, drives).scale == 1.0
-    assert SeparationMonitor(parameters()).assess(0.0, less, drives).scale == 0.0
-
-
-def test_it_stands_for_a_follower_if_it_has_the_time():
-    assert assess(people((-2.6, 0.0, 1.5, 0.0)), (0.4, 0.0, 0.0)).scale == 0.0
-    assert assess(people((-1.2, 0.0, 1.5, 0.0)), (0.4, 0.0, 0.0)).scale == 1.0
-
-
-@pytest.mark.parametrize("comes", [(-0.8, -0.8, 0.0, 0.8), (-0.4, -0.8, -0.8, 0.4)])
-def test_a_standing_robot_does_not_set_out_before_who_all_but_touches_it(comes):
-    """Setting out would leave a little more room, and move when it is touched."""
-    curve, still = (0.36, 0.0, 0.1), (0.0, 0.0, 0.0)
-    assert assess(people(comes, deviation=0.1), curve, still).scale == 0.0
-    stands = people((*comes[:2], 0.0, 0.0), deviation=0.1)
-    assert assess(stands, curve, still).reason is Reason.ESCAPE
-
-
 def test_a_place_to_stop_at_stays_clear():
     """Driving on meets him at once, stopping later; either way it must not drive on."""
     comes = people((6.5, 0.0, -1.0, 0.0))
