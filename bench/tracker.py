@@ -66,7 +66,7 @@ def speed(quick: bool) -> list[dict]:
     """Cost against the number of objects."""
     rows, shares = [], {}
     for objects in (50, 300, 1000, 2000) if quick else (50, 100, 200, 300, 500, 1000, 1500, 2000):
-        cycles = max(20, (6000 if quick else 120000) // (objects + 100))
+        cycles = max(12 if quick else 20, (4000 if quick else 120000) // (objects + 100))
         cost = cycle_cost(objects, cycles, FIELD_SEED)
         rows.append(metric(f"cycle_{objects}_ms", float(np.median(cost.milliseconds)), "ms"))
         if objects in BARS:
@@ -92,7 +92,7 @@ def shares_table(shares: dict[int, dict[str, float]]) -> str:
 
 def memory(quick: bool) -> list[dict]:
     """Ten minutes at a scanner's 12.5 Hz."""
-    growth = memory_growth(16.0 if quick else 600.0, 300, 12.5, FIELD_SEED)
+    growth = memory_growth(8.0 if quick else 600.0, 300, 12.5, FIELD_SEED)
     return [metric("rss_growth_mb", growth, "MB", "<= 5")]
 
 
