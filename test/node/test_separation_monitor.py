@@ -152,7 +152,7 @@ class SeparationMonitorTest(unittest.TestCase):
         self.see_until(lambda s: s.level == STOP, "stopped")
         self.world.command = (-0.2, 0.0, 0.0)
         self.wait_for_command((-0.2, 0.0, 0.0))
-        self.assertEqual(NAMES[self.state().reason], "ESCAPE")
+        self.see_until(lambda s: NAMES[s.reason] == "ESCAPE", "the state that told so")
         self.world.command = (0.2, 0.0, 0.0)
         self.wait_for_command((0.0, 0.0, 0.0))
 

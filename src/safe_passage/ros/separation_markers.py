@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 from geometry_msgs.msg import Point, Vector3
-from std_msgs.msg import ColorRGBA, Header
+from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from safe_passage.core.geometry import placed
-from safe_passage.ros.tracker_markers import LIFETIME
+from safe_passage.ros.markers import to_colour, to_marker, to_points
 from safe_passage.separation import Assessment, Level, Outlook, Reason
 from safe_passage.separation.prediction import Prediction
 from safe_passage.separation.robot_motion import Shape
@@ -45,16 +45,16 @@ def _obstacles(header: Header, prediction: Prediction) -> list[Marker]:
         way = prediction.velocity * prediction.times[k]
         places = (prediction.centre + way)[owner] + prediction.discs[:, :2]
         radii = prediction.discs[:, 2] + (prediction.growth[owner, k] if k else 0.0)
-        colour = _colour(GREY, 0.3) if k else _colour(RED, 1.0)
+        colour = to_colour(GREY, 0.3) if k else to_colour(RED, 1.0)
         height = PREDICTED_HEIGHT if k else PRESENT_HEIGHT
         for radius in np.unique(np.round(radii, 2)):
             some = places[np.round(radii, 2) == radius]
             name = "predicted" if k else "present"
             kind = Marker.CUBE_LIST if k == 0 else Marker.SPHERE_LIST
-            marker = _marker(header, name, len(markers), kind, colour)
+            marker = to_marker(header, name, len(markers), kind, colour)
             side = 2.0 * radius * (math.sqrt(0.5) if k == 0 else 1.0)
             marker.scale = Vector3(side, side, 0.01)
-            marker.points = _points(some, height)
+            marker.points = to_points(some, height)
             markers.append(marker)
     return markers
 
@@ -68,15 +68,17 @@ def _robot(header: Header, outlook: Outlook, assessment: Assessment) -> list[Mar
     for k, pose in enumerate(poses):
         for line in _outlines(shape):
             rgb = BLACK if k else ROBOT
-            marker = _marker(header, "robot", len(markers), Marker.LINE_STRIP, _colour(rgb, 1.0))
+            marker = to_marker(
+                header, "robot", len(markers), Marker.LINE_STRIP, to_colour(rgb, 1.0)
+            )
             marker.scale.x = 0.03 if k else 0.08
-            marker.points = _points(placed(line, pose), 0.09 if k else 0.12)
+            marker.points = to_points(placed(line, pose), 0.09 if k else 0.12)
             markers.append(marker)
         if motion.stands:
             return markers
-    way = _marker(header, "way", 0, Marker.LINE_STRIP, _colour(BLACK, 1.0))
+    way = to_marker(header, "way", 0, Marker.LINE_STRIP, to_colour(BLACK, 1.0))
     way.scale.x = 0.05
-    way.points = _points(motion.poses[:, :2], 0.1)
+    way.points = to_points(motion.poses[:, :2], 0.1)
     return [*markers, way]
 
 
@@ -106,10 +108,10 @@ def _speeds(header: Header, outlook: Outlook) -> list[Marker]:
         pairs.append((np.zeros(2), ahead))
     markers = []
     for at, velocity in pairs:
-        arrow = _marker(
-            header, "velocity", len(markers), Marker.ARROW, _colour((0.1, 0.2, 0.8), 1.0)
+        arrow = to_marker(
+            header, "velocity", len(markers), Marker.ARROW, to_colour((0.1, 0.2, 0.8), 1.0)
         )
-        arrow.points = _points(np.stack([at, at + velocity]), 0.2)
+        arrow.points = to_points(np.stack([at, at + velocity]), 0.2)
         arrow.scale = Vector3(0.06, 0.18, 0.2)
         markers.append(arrow)
     return markers
@@ -117,7 +119,9 @@ def _speeds(header: Header, outlook: Outlook) -> list[Marker]:
 
 def _text(header: Header, found: Assessment) -> Marker:
     """Level, scale, why; behind the robot, where it hides nothing."""
-    marker = _marker(header, "state", 0, Marker.TEXT_VIEW_FACING, _colour(LEVELS[found.level], 1.0))
+    marker = to_marker(
+        header, "state", 0, Marker.TEXT_VIEW_FACING, to_colour(LEVELS[found.level], 1.0)
+    )
     marker.pose.position = Point(-1.7, 0.0, 0.5)
     marker.scale.z = 0.35
     lines = [f"{found.level.name} {100.0 * found.scale:.0f} %"]
@@ -128,19 +132,4 @@ def _text(header: Header, found: Assessment) -> Marker:
     if math.isfinite(found.present_distance):
         lines.append(f"{found.present_distance:.1f} m, least {found.predicted_distance:.1f} m")
     marker.text = "\n".join(lines)
-    return marker
-
-
-def _points(places: np.ndarray, z: float) -> list[Point]:
-    return [Point(x, y, z) for x, y in places.tolist()]
-
-
-def _colour(rgb: tuple[float, float, float], opacity: float) -> ColorRGBA:
-    return ColorRGBA(*rgb, opacity)
-
-
-def _marker(header: Header, name: str, number: int, kind: int, colour: ColorRGBA) -> Marker:
-    marker = Marker(header=header, ns=name, id=number, type=kind, color=colour, lifetime=LIFETIME)
-    marker.pose.orientation.w = 1.0
-    marker.scale = Vector3(1.0, 1.0, 1.0)
     return marker

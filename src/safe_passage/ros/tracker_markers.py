@@ -10,15 +10,15 @@ import math
 from collections import deque
 
 import numpy as np
-import rospy
 from geometry_msgs.msg import Point, Vector3
-from std_msgs.msg import ColorRGBA, Header
+from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from safe_passage.core.geometry import placed
 from safe_passage.monitoring.persons import Persons
 from safe_passage.monitoring.pipeline import Snapshot
 from safe_passage.ros.fields_of_view import FieldOfView
+from safe_passage.ros.markers import to_colour, to_marker, to_points
 from safe_passage.ros.tracker_parameters import TrackerNodeParameters
 
 GREY, RED = (0.72, 0.72, 0.74), (0.95, 0.15, 0.12)
@@ -29,7 +29,6 @@ STILL = 0.1  # [m/s] slower tracks have no arrow
 LABEL_DISTANCE = 0.6  # [m] from the middle of an obstacle
 PERSON_WIDTH = 0.7  # [m] of a person's disc
 THICKNESS = 0.05  # [m] of what is drawn on the floor
-LIFETIME = rospy.Duration(1)  # a tracker that stops must not leave obstacles behind
 
 
 class TrackerMarkers:
@@ -80,11 +79,11 @@ def _cells(header: Header, snapshot: Snapshot, resolution: float) -> list[Marker
         for seen in (False, True):
             which = snapshot.confirmed & (tracks.moving == moving) & ((tracks.misses == 0) == seen)
             cells = shapes.values[which[shapes.owner]]
-            colour = _colour(RED if moving else GREY, SEEN if seen else UNSEEN)
+            colour = to_colour(RED if moving else GREY, SEEN if seen else UNSEEN)
             name = "moving" if moving else "standing"
-            marker = _marker(header, name, int(seen), Marker.CUBE_LIST, colour)
+            marker = to_marker(header, name, int(seen), Marker.CUBE_LIST, colour)
             marker.scale = Vector3(resolution, resolution, THICKNESS)
-            marker.points = _points(cells, THICKNESS)
+            marker.points = to_points(cells, THICKNESS)
             if marker.points:
                 markers.append(marker)
     return markers
@@ -97,8 +96,8 @@ def _arrows_and_labels(header: Header, snapshot: Snapshot) -> list[Marker]:
         number, at, velocity = int(tracks.id[i]), tracks.position[i], tracks.velocity[i]
         speed = float(np.hypot(*velocity))
         if speed > STILL:
-            arrow = _marker(header, "velocity", number, Marker.ARROW, _colour(WHITE, 1.0))
-            arrow.points = _points(np.stack([at, at + velocity]), 4 * THICKNESS)
+            arrow = to_marker(header, "velocity", number, Marker.ARROW, to_colour(WHITE, 1.0))
+            arrow.points = to_points(np.stack([at, at + velocity]), 4 * THICKNESS)
             arrow.scale = Vector3(0.07, 0.2, 0.25)
             markers.append(arrow)
         beside = at - np.array([math.copysign(LABEL_DISTANCE, velocity[0]), 0.0])
@@ -111,8 +110,8 @@ def _persons(header: Header, persons: Persons) -> list[Marker]:
     markers = []
     for i, places in persons.places.items():
         for at in places.tolist():
-            colour = _colour(YELLOW, 0.6 * float(persons.probability[i]))
-            disc = _marker(header, "person", len(markers), Marker.CYLINDER, colour)
+            colour = to_colour(YELLOW, 0.6 * float(persons.probability[i]))
+            disc = to_marker(header, "person", len(markers), Marker.CYLINDER, colour)
             disc.pose.position = Point(*at, THICKNESS)
             disc.scale = Vector3(PERSON_WIDTH, PERSON_WIDTH, THICKNESS)
             markers.append(disc)
@@ -120,16 +119,16 @@ def _persons(header: Header, persons: Persons) -> list[Marker]:
 
 
 def _path(header: Header, number: int, path: deque) -> Marker:
-    marker = _marker(header, "path", number, Marker.LINE_STRIP, _colour(RED, WAY))
+    marker = to_marker(header, "path", number, Marker.LINE_STRIP, to_colour(RED, WAY))
     marker.scale.x = 0.04
-    marker.points = _points(np.array(path), 2 * THICKNESS)
+    marker.points = to_points(np.array(path), 2 * THICKNESS)
     return marker
 
 
 def _robot(header: Header, footprint: np.ndarray) -> Marker:
-    marker = _marker(header, "robot", 0, Marker.LINE_STRIP, _colour(ROBOT, 1.0))
+    marker = to_marker(header, "robot", 0, Marker.LINE_STRIP, to_colour(ROBOT, 1.0))
     marker.scale.x = 0.08
-    marker.points = _points(np.concatenate([footprint, footprint[:1]]), 2 * THICKNESS)
+    marker.points = to_points(np.concatenate([footprint, footprint[:1]]), 2 * THICKNESS)
     return marker
 
 
@@ -140,11 +139,11 @@ def _sector(header: Header, index: int, view: FieldOfView, radius: float) -> lis
     directions = np.stack([np.cos(view.bearings), np.sin(view.bearings)], axis=1)
     inner, outer = view.origin + near * directions, view.origin + far * directions
     triangles = np.stack([inner[:-1], outer[:-1], outer[1:], inner[:-1], outer[1:], inner[1:]], 1)
-    area = _marker(header, "field of view", index, Marker.TRIANGLE_LIST, _colour(rgb, SECTOR))
+    area = to_marker(header, "field of view", index, Marker.TRIANGLE_LIST, to_colour(rgb, SECTOR))
     height = -0.01 * (index + 1)  # one over the other, none in another's plane
-    area.points = _points(triangles.reshape(-1, 2), height)
-    rim = _marker(header, "rim", index, Marker.LINE_STRIP, _colour(rgb, RIM))
-    rim.points = _points(np.concatenate([inner, outer[::-1], inner[:1]]), height)
+    area.points = to_points(triangles.reshape(-1, 2), height)
+    rim = to_marker(header, "rim", index, Marker.LINE_STRIP, to_colour(rgb, RIM))
+    rim.points = to_points(np.concatenate([inner, outer[::-1], inner[:1]]), height)
     rim.scale.x = 0.03
     middle = outer[len(outer) // 2] - 0.3 * directions[len(outer) // 2]
     return [area, rim, _label(header, "sensor", index, middle, view.source, rgb, 0.25)]
@@ -160,23 +159,8 @@ def _label(
     size: float = 0.35,
 ) -> Marker:
     """size: [m] of a capital letter."""
-    marker = _marker(header, name, number, Marker.TEXT_VIEW_FACING, _colour(rgb, 1.0))
+    marker = to_marker(header, name, number, Marker.TEXT_VIEW_FACING, to_colour(rgb, 1.0))
     marker.pose.position = Point(*at, 6 * THICKNESS)
     marker.scale.z = size
     marker.text = text
-    return marker
-
-
-def _points(places: np.ndarray, z: float) -> list[Point]:
-    return [Point(x, y, z) for x, y in places.tolist()]
-
-
-def _colour(rgb: tuple[float, float, float], opacity: float) -> ColorRGBA:
-    return ColorRGBA(*rgb, opacity)
-
-
-def _marker(header: Header, name: str, number: int, kind: int, colour: ColorRGBA) -> Marker:
-    marker = Marker(header=header, ns=name, id=number, type=kind, color=colour, lifetime=LIFETIME)
-    marker.pose.orientation.w = 1.0
-    marker.scale = Vector3(1.0, 1.0, 1.0)
     return marker
