@@ -5,11 +5,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from safe_passage.monitoring.features import MOSTLY
+from safe_passage.monitoring.features import LEAST_NEW, MOSTLY
 from safe_passage.monitoring.fusion_grid import FusionGrid
 
 STRIDE = 0.24  # [m] between two legs, at most
-LEAST_NEW = 3  # cells of a thing that has come, and of what it has come to
 
 
 def cluster(

@@ -10,6 +10,7 @@ from safe_passage.monitoring.fusion_grid import FusionGrid
 from safe_passage.monitoring.ragged import Ragged, moments
 
 MOSTLY = 0.5  # share of an object's cells that speaks for all of it
+LEAST_NEW = 3  # cells of a thing that has come; fewer are noise
 
 
 @dataclass(frozen=True)

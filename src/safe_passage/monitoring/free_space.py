@@ -44,8 +44,9 @@ class FreeSpace:
         self._last: dict[str, _View] = {}
 
     def add(self, measurement: Measurement) -> None:
-        """Remember this one, if it is a scan and the last that is remembered is old enough."""
-        if measurement.origin is None:
+        """Remember this one, if it is a scan and newer than its source's last."""
+        last = self._last.get(measurement.source)
+        if measurement.origin is None or (last and measurement.stamp <= last.stamp):
             return
         pose = compose(measurement.pose, (*measurement.origin, 0.0))
         relative = measurement.points[:, :2] - np.array(measurement.origin)

@@ -25,9 +25,7 @@ class FusionGrid:
     age: np.ndarray  # (K,) [s] mean of its points
     shadowed: np.ndarray  # (K,) bool: the object may go on behind a nearer one, or beyond the grid
     fresh: np.ndarray  # (K, 3) mean x, y [m] and age [s] of its fresh points, NaN: it has none
-    new: (
-        np.ndarray
-    )  # (K,) bool: a short while ago nothing was there; as far as is known (free_space)
+    new: np.ndarray  # (K,) bool: a short while ago nothing was there, as free_space knows
     stood: np.ndarray  # (K,) bool: something was
     left: np.ndarray  # (K,) bool: by now there is nothing any more
     label: np.ndarray  # (side * side,) int32 scratch: index of the obstacle cell, -1: free

@@ -8,7 +8,7 @@ import numpy as np
 
 from safe_passage._monitoring import ShapeAligner
 from safe_passage.core.geometry import Pose, rotation
-from safe_passage.monitoring.features import MOSTLY, Features
+from safe_passage.monitoring.features import LEAST_NEW, MOSTLY, Features
 from safe_passage.monitoring.fusion_grid import FusionGrid
 from safe_passage.monitoring.hypotheses import Hypotheses
 from safe_passage.monitoring.motion import squared_mahalanobis, update
@@ -19,7 +19,6 @@ from safe_passage.monitoring.tracks import Tracks, centroid_noise, placed_shapes
 
 CUT = 0.3  # [m] standard deviation of the centroid of a part that was cut off a cluster
 LEAK = 0.5  # a gait makes speed swing: so fast fades what looked like motion when it does not
-LEAST_NEW = 3  # cells that have come, and most of them: then the object has
 WAY_NEW, TIME_NEW = 0.25, 0.5  # shares of the way and of the time after which such a one moves
 ONE_BODY = 0.45  # [m] that two who walk are apart
 GROWN = 1.5  # times the cells of its reference: more of the object is seen now

@@ -107,6 +107,17 @@ def test_a_camera_tells_nothing():
     assert judged(memory, [(2.0, 0.0)], 1.0) == ([False], [False])
 
 
+def test_a_scan_out_of_order_is_not_the_last():
+    memory = FreeSpace()
+    memory.add(scan(0.2, room(thing=(2.0, 0.0))))
+    memory.add(scan(0.1, room()))
+    stale = Points(
+        np.array([[1.87, 0.0, 0.0]], np.float32), *np.zeros((3, 1), int), np.zeros(1, bool)
+    )
+    grid = Fusion(8.0, 0.1, np.array([False])).fuse(stale)
+    assert not memory.judged(grid, STILL, 0.2).left.any()
+
+
 def test_after_a_reset_nothing_is_known():
     memory = FreeSpace()
     memory.add(scan(0.0, room()))
