@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Sequence
+from typing import Any, Sequence
 
 import moderngl
 import numpy as np
@@ -13,6 +13,7 @@ from safe_passage.robot_model.surfaces import Surface
 
 NEAR = 0.02  # [m] what is nearer to the camera is not drawn
 FAR = 200.0  # [m]
+EGL: dict[str, Any] = {"backend": "egl"}  # needs no display
 MOST_POSES = 16  # drawn at once
 
 VERTEX = """
@@ -52,7 +53,7 @@ class DepthRenderer:
     def __init__(self, surfaces: Sequence[Surface], camera: PinholeCamera) -> None:
         self.camera = camera
         try:
-            self._gl = moderngl.create_context(standalone=True, backend="egl", require=330)
+            self._gl = moderngl.create_context(standalone=True, require=330, **EGL)
         except Exception as error:  # glcontext raises bare Exception
             raise InputError(f"no off-screen OpenGL 3.3 through EGL: {error}") from None
         with self._gl as gl:
@@ -103,7 +104,7 @@ class DepthRenderer:
             if array is not None:
                 padded[: len(poses)] = poses[:, i].transpose(0, 2, 1)  # column-major
                 self._program["T_camera_surface"].write(padded.tobytes())
-                array.render(moderngl.TRIANGLES, instances=len(poses))
+                array.render(instances=len(poses))  # of triangles
 
 
 def _projection(camera: PinholeCamera) -> np.ndarray:
