@@ -49,3 +49,17 @@ def capsule(origin: Array, directions: Array, a: Array, b: Array, radius: float)
     side = (discriminant >= 0.0) & (distance > 0.0) & (foot >= 0.0) & (foot <= length2)
     ends = np.minimum(sphere(origin, directions, a, radius), sphere(origin, directions, b, radius))
     return np.minimum(np.where(side, distance, np.inf), ends)
+
+
+def rectangle(
+    origin: Array, directions: Array, corner: Array, along: Array, across: Array
+) -> Array:
+    """Distance (N,) to the parallelogram at `corner` with the sides `along`, `across` (3,)."""
+    normal = np.cross(along, across)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        distance = ((corner - origin) @ normal) / (directions @ normal)
+        from_corner = origin - corner + distance[:, None] * directions
+        u = from_corner @ np.cross(across, normal) / (along @ np.cross(across, normal))
+        v = from_corner @ np.cross(along, normal) / (across @ np.cross(along, normal))
+        inside = (u >= 0.0) & (u <= 1.0) & (v >= 0.0) & (v <= 1.0)
+    return np.where(inside & (distance > 0.0), distance, np.inf)
