@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from safe_passage.core.errors import InputError
 from safe_passage.evaluation.self_filter_report import Trial, compare
 from safe_passage.robot_model import load_robot_model

@@ -18,13 +18,12 @@ from safe_passage.core.geometry import matrix
 from safe_passage.core.progress import Progress
 from safe_passage.evaluation.body_filter import BodyFilter
 from safe_passage.robot_model import JointHistory, RobotModel
-from safe_passage.robot_model.surfaces import Surface, box, cylinder, joined, sphere
+from safe_passage.robot_model.surfaces import Surface, cylinder, joined, sphere
 from safe_passage.self_filter import SelfFilter, SelfFilterParameters
-from safe_passage.simulation.arm_scene import ArmScene, Owner, View
+from safe_passage.simulation.arm_scene import FLOOR, ArmScene, Owner, View, at, looking_at, room
 from safe_passage.simulation.people_assets import list_people, load_person
 from safe_passage.simulation.robots import CameraModel
 
-FLOOR = -0.7  # [m] under the arm's root: it stands on a platform
 CAMERA = CameraModel(range_min=0.4)
 JOINT_PERIOD = 0.01  # [s] between two joint states
 FOREARM = 0.4  # [m]
@@ -67,36 +66,10 @@ class Score:
         return float(self.removed[owner] / max(1, self.pixels[owner]))
 
 
-def _at(x: float, y: float, z: float) -> np.ndarray:
-    T = np.eye(4)
-    T[:3, 3] = x, y, z
-    return T
-
-
-def _room() -> list[Surface]:
-    """A floor and two walls."""
-    return [
-        box(np.array([12.0, 12.0, 0.1])).moved(_at(0.0, 0.0, FLOOR - 0.05)),
-        box(np.array([0.1, 12.0, 6.0])).moved(_at(-2.5, 0.0, FLOOR + 3.0)),
-        box(np.array([12.0, 0.1, 6.0])).moved(_at(0.0, -2.5, FLOOR + 3.0)),
-    ]
-
-
 def _people() -> list[Surface]:
     bodies = [load_person(name) for name in list_people()]
-    arm = joined([cylinder(0.04, FOREARM), sphere(0.045).moved(_at(0.0, 0.0, 0.5 * FOREARM))])
+    arm = joined([cylinder(0.04, FOREARM), sphere(0.045).moved(at(0.0, 0.0, 0.5 * FOREARM))])
     return [Surface(one.standing.astype(float), one.faces) for one in bodies] + [arm]
-
-
-def looking_at(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """T_root_camera (4, 4) of an upright camera at `eye` (3,) that looks at `target` (3,)."""
-    forward = (target - eye) / np.linalg.norm(target - eye)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    T = np.eye(4)
-    T[:3, :3] = np.stack([right, np.cross(forward, right), forward], axis=1)
-    T[:3, 3] = eye
-    return T
 
 
 @dataclass(frozen=True)
@@ -115,7 +88,7 @@ class Frames:
     def __init__(self, model: RobotModel, trial: Trial) -> None:
         self._model, self._trial = model, trial
         self._people = _people()
-        self.scene = ArmScene(model, CAMERA, _room(), self._people)
+        self.scene = ArmScene(model, CAMERA, room(), self._people)
         self._limits = {j.name: j.limits for j in model.joints if j.name in model.movable}
 
     def frame(self, number: int) -> Frame:
@@ -126,18 +99,18 @@ class Frames:
         moving = self._model.movable[rng.integers(4)]
         rate = trial.speed * rng.choice([-1.0, 1.0])
 
-        def at(time: float) -> dict[str, float]:
+        def at_time(time: float) -> dict[str, float]:
             return {n: q + (rate * time if n == moving else 0.0) for n, q in start.items()}
 
         history = JointHistory(tolerance=0.05)
         phase = rng.uniform(0.0, JOINT_PERIOD)
         for time in np.arange(-0.2, 0.021, JOINT_PERIOD) + phase:
-            history.add(float(time), list(start), list(at(float(time)).values()))
+            history.add(float(time), list(start), list(at_time(float(time)).values()))
         azimuth = rng.uniform(-0.3, 1.8)  # into the corner of the two walls
         eye = np.array([1.6 * np.cos(azimuth), 1.6 * np.sin(azimuth), rng.uniform(0.5, 1.3)])
         T_camera_root = np.linalg.inv(looking_at(eye, np.array([0.0, 0.0, 0.55])))
-        people = self._placed(at(0.0), rng)
-        depth, owner = self.scene.exact(T_camera_root, at(0.0), people)
+        people = self._placed(at_time(0.0), rng)
+        depth, owner = self.scene.exact(T_camera_root, at_time(0.0), people)
         view = self.scene.measured(depth, owner, (trial.seed, number, 1))
         stamp = rng.uniform(-trial.stamp_error, trial.stamp_error)
         return Frame(view, stamp, history, _off(trial, rng) @ T_camera_root)
@@ -147,7 +120,7 @@ class Frames:
         poses = self._model.poses(positions)
         arm = joined([surface.moved(poses[n]) for n, surface in self._model.links.items()])
         tree = cKDTree(_dense(arm))
-        places = np.tile(_at(0.0, 0.0, -50.0), (len(self._people), 1, 1))
+        places = np.tile(at(0.0, 0.0, -50.0), (len(self._people), 1, 1))
         body = int(rng.integers(len(self._people) - 1))
         heading, turn = rng.uniform(-np.pi, np.pi, 2)
         upright = np.eye(4)

@@ -9,10 +9,11 @@ from typing import Mapping, Sequence
 import numpy as np
 
 from safe_passage.robot_model import DepthRenderer, PinholeCamera, RobotModel
-from safe_passage.robot_model.surfaces import Surface
+from safe_passage.robot_model.surfaces import Surface, box
 from safe_passage.simulation.robots import CameraModel
 from safe_passage.simulation.sensors import measured_depth
 
+FLOOR = -0.7  # [m] under the arm's root: it stands on a platform
 NO_SHADOW = 1e-3  # [m] baseline so short that the projector lights everything
 
 
@@ -96,3 +97,29 @@ class ArmScene:
         written = measured_depth(1.0 + owner, bare, np.random.default_rng(seed))
         whose = np.rint(np.nan_to_num(written, nan=1.0) - 1.0).astype(np.uint8)
         return View(seen, np.where(np.isfinite(seen), whose, np.uint8(Owner.NOBODY)))
+
+
+def at(x: float, y: float, z: float) -> np.ndarray:
+    T = np.eye(4)
+    T[:3, 3] = x, y, z
+    return T
+
+
+def room() -> list[Surface]:
+    """A floor and two walls."""
+    return [
+        box(np.array([12.0, 12.0, 0.1])).moved(at(0.0, 0.0, FLOOR - 0.05)),
+        box(np.array([0.1, 12.0, 6.0])).moved(at(-2.5, 0.0, FLOOR + 3.0)),
+        box(np.array([12.0, 0.1, 6.0])).moved(at(0.0, -2.5, FLOOR + 3.0)),
+    ]
+
+
+def looking_at(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """T_root_camera (4, 4) of an upright camera at `eye` (3,) that looks at `target` (3,)."""
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    T = np.eye(4)
+    T[:3, :3] = np.stack([right, np.cross(forward, right), forward], axis=1)
+    T[:3, 3] = eye
+    return T
