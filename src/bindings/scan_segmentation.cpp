@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "safe_passage/scan_segmentation/cloud_file.h"
 #include "safe_passage/scan_segmentation/clusters.h"
 #include "safe_passage/scan_segmentation/lines.h"
 #include "safe_passage/scan_segmentation/maps.h"
@@ -147,9 +148,25 @@ py::array_t<int> fit(Map blocked, const Integers& cells, const std::vector<doubl
   return py::cast(fit_box(bytes(blocked), at, angles, half_length, half_width));
 }
 
+// (height, width, 3) [m], remission (height, width) or None, origin (3,).
+py::tuple load(const std::string& path) {
+  const CloudFile file = read_cloud(path);
+  py::array_t<double> xyz({file.height, file.width, 3});
+  std::copy(file.xyz.begin(), file.xyz.end(), xyz.mutable_data());
+  py::object remission = py::none();
+  if (!file.remission.empty()) {
+    py::array_t<double> values({file.height, file.width});
+    std::copy(file.remission.begin(), file.remission.end(), values.mutable_data());
+    remission = values;
+  }
+  return py::make_tuple(xyz, remission,
+                        py::make_tuple(file.origin[0], file.origin[1], file.origin[2]));
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_scan_segmentation, m) {
+  m.def("read_cloud", &load, py::arg("path"));
   m.def("find_segments", &find, py::arg("uv"), py::arg("tolerance"), py::arg("points"),
         py::arg("length"), py::arg("gap"), py::arg("gap_share"));
   m.def("cluster_segments", &cluster_segments, py::arg("points"), py::arg("where"), py::arg("ends"),

@@ -12,7 +12,7 @@ from safe_passage.scan_segmentation.ground import GroundHeight, GroundPlane, gro
 from safe_passage.scan_segmentation.parameters import RobotConfiguration, SegmentationParameters
 from safe_passage.scan_segmentation.planes import is_closed
 from safe_passage.scan_segmentation.scan import Level, OrganisedScan
-from safe_passage.scan_segmentation.stairs import Stairs, on_stairs
+from safe_passage.scan_segmentation.stairs import Stairs, over_stairs
 from safe_passage.scan_segmentation.validation import ValidPlane
 
 MAX_CELLS = 16_000_000  # of a map; a larger place gets coarser cells
@@ -115,9 +115,12 @@ def survey(
     valid = np.isfinite(points).all(axis=2) & ~far
     height = np.full(labels.shape, np.nan)
     height[valid] = points[valid][:, 2] - heights.z(points[valid][:, :2])
-    on_flight = np.zeros_like(valid)
-    on_flight[valid] = on_stairs(stairs, points[valid], robot)
-    vertex = _vertices(height, is_ground, on_flight, robot, p)
+    over_flight = np.full(labels.shape, np.nan)
+    over_flight[valid] = over_stairs(stairs, points[valid], robot)
+    on_flight = np.isfinite(over_flight)
+    height[on_flight] = over_flight[on_flight]
+    vertex = _vertices(height, robot, p)
+    vertex[on_flight] = Colour.ORANGE
     cells = _draw(points, height, vertex, heights, is_closed(scan.beta), shape, fine, robot, p)
     return Survey(points, height, heights, ColourMap(cells, origin, fine))
 
@@ -139,22 +142,18 @@ def _extent(
 
 
 def _vertices(
-    height: np.ndarray,
-    is_ground: np.ndarray,
-    on_flight: np.ndarray,
-    robot: RobotConfiguration,
-    p: SegmentationParameters,
+    height: np.ndarray, robot: RobotConfiguration, p: SegmentationParameters
 ) -> np.ndarray:
     """(H, W) uint8 colour of each point, UNKNOWN: none of the robot's business."""
     found = np.zeros(height.shape, np.uint8)
     with np.errstate(invalid="ignore"):
         even = np.abs(height) <= p.ground_tolerance
-        low = ~even & (np.abs(height) <= max(robot.max_obstacle, p.ground_tolerance))
-        high = (height > robot.max_obstacle) & (height <= robot.clearance) & ~even
-        hole = (height < -robot.max_obstacle) & ~even
+        low = np.abs(height) <= robot.max_obstacle
+        high = (height > robot.max_obstacle) & (height <= robot.clearance)
+        hole = height < -robot.max_obstacle
+    found[high | hole] = Colour.RED
+    found[low] = Colour.ORANGE
     found[even] = Colour.GREEN
-    found[low | (on_flight & high)] = Colour.ORANGE
-    found[(high & ~on_flight) | hole] = Colour.RED
     return found
 
 
@@ -174,10 +173,10 @@ def _draw(
     with np.errstate(invalid="ignore"):
         sunk = height < -p.ground_tolerance
     # a beam that ends under the ground went through it farther to the front
-    through = np.full(height.shape, 1.0)
-    top = points[..., 2][sunk] - height[sunk]
-    through[sunk] = np.clip(top / points[..., 2][sunk], 0.0, 1.0)
-    at[sunk] *= through[sunk][:, None]
+    ended = points[sunk]
+    entered = ended * np.clip((ended[:, 2] - height[sunk]) / ended[:, 2], 0.0, 1.0)[:, None]
+    same = heights.plane_at(entered[:, :2]) == heights.plane_at(ended[:, :2])
+    at[sunk] = np.where(same[:, None], entered, ended)
     at[..., :2] -= heights.origin
     at /= fine
     gap, step = p.mesh_gap / fine, 2.0 * p.ground_tolerance / fine

@@ -124,14 +124,18 @@ class GroundHeight:
 
     def z(self, xy: np.ndarray) -> np.ndarray:
         """[m] of the ground at points (N, 2); frame: level."""
+        slopes = np.array([g.slope for g in self.planes])
+        heights = np.array([g.height for g in self.planes])
+        of = self.plane_at(xy)
+        return np.einsum("ij,ij->i", xy, slopes[of]) + heights[of]
+
+    def plane_at(self, xy: np.ndarray) -> np.ndarray:
+        """(N,) index into `planes` at points (N, 2)."""
         rows, columns = self.which.shape
         at = np.floor((xy - self.origin) / self.cell)
         column = np.clip(at[:, 0], 0, columns - 1).astype(int)
         row = np.clip(at[:, 1], 0, rows - 1).astype(int)
-        slopes = np.array([g.slope for g in self.planes])
-        heights = np.array([g.height for g in self.planes])
-        of = self.which[row, column]
-        return np.einsum("ij,ij->i", xy, slopes[of]) + heights[of]
+        return self.which[row, column]
 
 
 def ground_height(

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass, field
+from typing import Tuple
 
 import numpy as np
 
 from safe_passage.core.errors import InputError, SafePassageError
 
+Vector = Tuple[float, float, float]
 MIN_LINES, MIN_POINTS = 8, 200  # fewer make no scan of a place
 
 
@@ -39,9 +41,9 @@ class OrganisedScan:
     points: np.ndarray  # (H, W, 3) [m], a row is a scan line, NaN = no return
     beta: np.ndarray  # (H,) [rad] about the axis at which each line was taken
     remission: np.ndarray | None = None  # (H, W), any scale
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)  # unit, of the rotation
-    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)  # [m] of the scanner
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0)  # unit, against gravity
+    axis: Vector = (0.0, 0.0, 1.0)  # unit, of the rotation
+    origin: Vector = (0.0, 0.0, 0.0)  # [m] of the scanner
+    up: Vector = (0.0, 0.0, 1.0)  # unit, against gravity
     notes: tuple[str, ...] = field(default=())  # what was done to it on the way in
 
     def __post_init__(self) -> None:
@@ -74,7 +76,7 @@ def to_cartesian(ranges: np.ndarray, alpha: np.ndarray, beta: np.ndarray) -> np.
     return np.stack([x, y, np.sin(alpha) * ranges], axis=-1)
 
 
-def axis_rotation(axis: tuple[float, float, float]) -> np.ndarray:
+def axis_rotation(axis: Vector) -> np.ndarray:
     """(3, 3) that turns the scanner's frame so that `axis` becomes z."""
     z = np.asarray(axis, float)
     x = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < 0.9 else np.array([0.0, 1.0, 0.0])

@@ -20,8 +20,10 @@ HIGHEST = 3.5  # [m] over the ground that is looked at
 NEAR = 0.10  # [m] of a step's points from the flight's middle plane
 VOXEL = 0.05  # [m] in which points are counted once, so that near ones do not outvote far ones
 TRIES = 60_000  # triples of points, most of them too far apart
-PLANES = 250  # of them that are counted
+PLANES = 200  # of them that are counted
+COUNTED = 1000  # points that a plane is counted with, and a flight's direction found by
 REACH = 1.2  # [m] of a triple
+BELOW = 0.08  # [m] of a flight's points under its slope, and over its steps
 PATCH = 0.15  # [m] cells in which a flight hangs together
 REGULAR = 0.25  # of steps: 1 would be all points on treads and risers, 0 those of a ramp
 SUPPORT = 60  # voxels of a flight
@@ -80,17 +82,18 @@ def find_stairs(points: np.ndarray, ground: GroundPlane, other: np.ndarray) -> l
     return found
 
 
-def on_stairs(stairs: list[Stairs], points: np.ndarray, robot: RobotConfiguration) -> np.ndarray:
-    """(N,) bool: points (N, 3) of the steps of flights that the robot climbs."""
-    found = np.zeros(len(points), bool)
+def over_stairs(stairs: list[Stairs], points: np.ndarray, robot: RobotConfiguration) -> np.ndarray:
+    """[m] of points (N, 3) over the slope of a flight that the robot climbs; NaN: on none."""
+    found = np.full(len(points), np.nan)
     for flight in stairs:
         if flight.slope > robot.max_slope or flight.rise > robot.max_obstacle:
             continue
         up, aside = flight.along(points)
+        over = points[:, 2] - flight.foot[2] - up * flight.rise / flight.run
         inside = (up > -0.1) & (up < flight.steps * flight.run + 0.05)
         inside &= np.abs(aside) < 0.5 * flight.width + 0.05
-        step = points[:, 2] - flight.foot[2] - up * flight.rise / flight.run
-        found |= inside & (np.abs(step) < flight.rise + 0.08)
+        inside &= (over > -BELOW) & (over < flight.rise + BELOW)
+        found[inside] = over[inside]
     return found
 
 
@@ -103,17 +106,24 @@ def _inclined(at: np.ndarray, rng: np.random.Generator) -> np.ndarray | None:
         slope = -normal[:, :2] / normal[:, 2:]
         steep = np.hypot(*slope.T)
     usable = together & (steep >= SLOPES[0]) & (steep <= SLOPES[1])
-    best, most = None, SUPPORT
-    for corner, way in zip(a[usable][:PLANES], slope[usable][:PLANES]):
-        from_corner = at - corner
-        off = np.abs(from_corner[:, 2] - from_corner[:, :2] @ way)
-        near = (off < NEAR) & (np.abs(from_corner[:, :2]).max(axis=1) < 2.0 * REACH)
-        if near.sum() > most:
-            best, most = near, int(near.sum())
-    if best is None:
+    if not usable.any():
+        return None
+    some = at[rng.permutation(len(at))[:COUNTED]]
+    corners, ways = a[usable][:PLANES], slope[usable][:PLANES]
+    support = [_near(some, corner, way).sum() for corner, way in zip(corners, ways)]
+    k = int(np.argmax(support))
+    best = _near(at, corners[k], ways[k])
+    if best.sum() <= SUPPORT:
         return None
     best[best] = _largest_patch(at[best])
     return best if best.sum() > SUPPORT else None
+
+
+def _near(at: np.ndarray, corner: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """(N,) bool: points (N, 3) near the plane through `corner` that climbs by `way`."""
+    x, y, z = at[:, 0] - corner[0], at[:, 1] - corner[1], at[:, 2] - corner[2]
+    reach = 2.0 * REACH
+    return (np.abs(z - x * way[0] - y * way[1]) < NEAR) & (abs(x) < reach) & (abs(y) < reach)
 
 
 def _largest_patch(at: np.ndarray) -> np.ndarray:
@@ -135,8 +145,9 @@ def _measured(at: np.ndarray, ground: GroundPlane) -> Stairs | None:
     if not 0.8 * SLOPES[0] <= slope <= 1.2 * SLOPES[1]:
         return None
     best = (0.0, 0.0, 0.0)
+    some = at[:: max(1, len(at) // COUNTED)]
     for yaw in math.atan2(plane[1], plane[0]) + np.radians(np.arange(-12.0, 12.5, 1.0)):
-        s = at[:, 0] * math.cos(yaw) + at[:, 1] * math.sin(yaw)
+        s = some[:, 0] * math.cos(yaw) + some[:, 1] * math.sin(yaw)
         score, run = _strongest(s, RUNS)
         if score > best[0]:
             best = (score, run, yaw)
@@ -163,7 +174,7 @@ def _strongest(
     values: np.ndarray, periods: tuple[float, float], from_zero: bool = False
 ) -> tuple[float, float]:
     """How well values repeat, 0 to 1, and the period at which they do best."""
-    tried = np.arange(periods[0], periods[1], 0.002)
+    tried = np.arange(periods[0], periods[1], 0.004 if not from_zero else 0.002)
     waves = np.exp(2j * np.pi * values[:, None] / tried).mean(axis=0)
     strength = waves.real if from_zero else np.abs(waves)
     return float(strength.max()), float(tried[strength.argmax()])
