@@ -73,9 +73,7 @@ def test_ply(tmp_path):
     check(read_cloud(tmp_path / "d.ply"))
 
 
-@pytest.mark.parametrize(
-    "text", [lines(), "# a comment\n" + lines().replace(" ", ", "), "4\n" + lines()]
-)
+@pytest.mark.parametrize("head, comma", [("", " "), ("# a comment\n", ", "), ("4\n", " ")])
 def test_xyz_in_its_dialects(tmp_path, head, comma):
     (tmp_path / "e.xyz").write_text(head + lines().replace(" ", comma))
     check(read_cloud(tmp_path / "e.xyz"))
