@@ -18,6 +18,7 @@ from safe_passage.scan_segmentation.validation import ValidPlane
 MAX_CELLS = 16_000_000  # of a map; a larger place gets coarser cells
 FOOT = 0.5  # [m] over the ground: what stands on it is seen down to here
 NOTHING, GROUND, FEET = 0, 1, 2  # as in the kernel
+SUNK = 0.5  # of the tolerance under the ground: the rim of a hole begins there
 SLANT = 0.15  # sine under which a beam meets a plane too flatly to be moved along it
 
 
@@ -121,6 +122,7 @@ def survey(
     height[on_flight] = over_flight[on_flight]
     vertex = _vertices(height, robot, p)
     vertex[on_flight] = Colour.ORANGE
+    height[on_flight & (height < 0.0)] = 0.0  # a step's edge, no hole
     cells = _draw(points, height, vertex, heights, is_closed(scan.beta), shape, fine, robot, p)
     return Survey(points, height, heights, ColourMap(cells, origin, fine))
 
@@ -147,10 +149,10 @@ def _vertices(
     """(H, W) uint8 colour of each point, UNKNOWN: none of the robot's business."""
     found = np.zeros(height.shape, np.uint8)
     with np.errstate(invalid="ignore"):
-        even = np.abs(height) <= p.ground_tolerance
-        low = np.abs(height) <= robot.max_obstacle
+        even = (height <= p.ground_tolerance) & (height >= -SUNK * p.ground_tolerance)
+        low = (height > 0.0) & (height <= robot.max_obstacle)
         high = (height > robot.max_obstacle) & (height <= robot.clearance)
-        hole = height < -robot.max_obstacle
+        hole = height < 0.0  # how deep it is under the beam nobody knows
     found[high | hole] = Colour.RED
     found[low] = Colour.ORANGE
     found[even] = Colour.GREEN
@@ -171,7 +173,7 @@ def _draw(
     """(rows, columns) uint8 colours of the fine cells."""
     at = points.copy()
     with np.errstate(invalid="ignore"):
-        sunk = height < -p.ground_tolerance
+        sunk = height < -SUNK * p.ground_tolerance
     # a beam that ends under the ground went through it farther to the front
     ended = points[sunk]
     entered = ended * np.clip((ended[:, 2] - height[sunk]) / ended[:, 2], 0.0, 1.0)[:, None]

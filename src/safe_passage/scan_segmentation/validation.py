@@ -15,6 +15,7 @@ from safe_passage.scan_segmentation.planes import Plane
 from safe_passage.scan_segmentation.scan import OrganisedScan
 
 ALONG_SINE = 0.25  # of the angle between a plane and a segment whose points support it, at most
+LEAST_POINTS = 20  # that lie on a plane and on no other
 REFITS = 3
 TRIM = 3.0  # times the median distance of points that a refit is made of: two standard deviations
 NEAREST = 0.004  # [m] within which points always count
@@ -86,8 +87,12 @@ def validate(
             better = dataclasses.replace(valid, plane=_refined(plane, points[support[mine]]))
             found.append((better, support, mine))
     found.sort(key=lambda one: -one[0].area)
-    labels[inside] = _labelled(points, found)
-    return [valid for valid, _, _ in found], labels
+    of = _labelled(points, found)
+    # a plane whose points all lie nearer to others is another's double
+    kept = np.bincount(of[of >= 0], minlength=len(found)) >= LEAST_POINTS
+    renumbered = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1).astype(np.int32)
+    labels[inside] = renumbered[of]
+    return [valid for (valid, _, _), keep in zip(found, kept) if keep], labels
 
 
 def _validated(
