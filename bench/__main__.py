@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-FULL = ["human_safety", "tables", "tracker", "separation", "self_filter"]  # what `all` runs
+FULL = ["human_safety", "tables", "tracker", "separation", "self_filter", "calibration"]  # what `all` runs
 NAMES = [*FULL, "leg_tables", "detector", "merger", "costmap"]
 
 

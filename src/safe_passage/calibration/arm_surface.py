@@ -69,6 +69,10 @@ class ArmSurface:
         R, t = T_root_camera[:3, :3], T_root_camera[:3, 3]
         return VisibleSurface(points @ R.T + t, normals @ R.T)
 
+    def close(self) -> None:
+        """Give the graphics memory back."""
+        self._renderer.close()
+
     def _oriented(self, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points and normals (N, 3) in the camera's frame of what is not seen too obliquely."""
         camera = self._camera

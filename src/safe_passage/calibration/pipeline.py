@@ -103,6 +103,11 @@ class ArmCalibrator:
         pairs = zip(self._clouds(views), self._surfaces(views, T_root_camera))
         return [self._residual(cloud, one, T_root_camera) for cloud, one in pairs]
 
+    def close(self) -> None:
+        """Give the graphics memory back."""
+        for surface in (self._surface, self._sketch, self._outline):
+            surface.close()
+
     def _start(self, views: Sequence[ArmView], T_initial: np.ndarray) -> np.ndarray:
         """T_root_camera (4, 4) from which the registration converges, if from any."""
         p, outline = self._p, self._outline

@@ -32,7 +32,7 @@ class Trials:
     """Makes setups by number; frames: the arm's root, the camera's optical one."""
 
     def __init__(self, model: RobotModel, seed: int) -> None:
-        self._model, self._seed = model, seed
+        self.model, self._seed = model, seed
         self.scene = ArmScene(model, CAMERA, _room())
         self._limits = {j.name: j.limits for j in model.joints if j.name in model.movable}
 
@@ -62,10 +62,10 @@ class Trials:
         """Joint positions with the arm above the platform, and well in the picture."""
         for _ in range(1000):
             q = {name: 0.85 * rng.uniform(*limits) for name, limits in self._limits.items()}
-            poses = self._model.poses(q)
+            poses = self.model.poses(q)
             low = min(
                 surface.moved(poses[name]).vertices[:, 2].min()
-                for name, surface in list(self._model.links.items())[2:]
+                for name, surface in list(self.model.links.items())[2:]
                 if len(surface.faces)
             )
             if low < 0.1:
