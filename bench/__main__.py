@@ -12,7 +12,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-FULL = ["human_safety", "tables", "tracker", "separation", "self_filter", "calibration"]  # what `all` runs
+FULL = [  # what `all` runs
+    "human_safety",
+    "tables",
+    "tracker",
+    "separation",
+    "self_filter",
+    "calibration",
+]
 NAMES = [*FULL, "leg_tables", "detector", "merger", "costmap"]
 
 

@@ -97,9 +97,10 @@ def table(outcomes: list[Outcome]) -> str:
         rms, held_out = (
             1e3 * np.nanmedian([getattr(one, what) for one in own]) for what in ("rms", "held_out")
         )
+        search = "yes" if variant.search else "no"
         asked = (
             f"{variant.method:<6} {variant.poses:>5} {100 * TRANSLATION * variant.scale:>4.0f} cm "
-            f"{np.degrees(ROTATION) * variant.scale:>3.0f} deg {'yes' if variant.search else 'no':>6}"
+            f"{np.degrees(ROTATION) * variant.scale:>3.0f} deg {search:>6}"
         )
         lines.append(
             f"{asked} | {np.mean([one.success for one in own]):7.2f} {refused:7.2f} {wrong:5.2f} |"
