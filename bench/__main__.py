@@ -17,6 +17,7 @@ FULL = [  # what `all` runs
     "tables",
     "tracker",
     "separation",
+    "segmentation",
     "self_filter",
     "calibration",
 ]

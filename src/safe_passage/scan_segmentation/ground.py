@@ -9,7 +9,7 @@ import numpy as np
 from scipy import ndimage
 
 from safe_passage.scan_segmentation.parameters import SegmentationParameters
-from safe_passage.scan_segmentation.scan import Level, Reason, SegmentationError
+from safe_passage.scan_segmentation.scan import Level, Reason, SegmentationError, unique_cells
 from safe_passage.scan_segmentation.validation import ValidPlane
 
 SEAM_CELLS = 4  # rough cells along which two planes meet, at least
@@ -76,9 +76,11 @@ def select_ground(
         points: (N, 3) [m] all points. Frame: level.
         labels: (N,) their planes.
     """
-    cells = {g.index: _cells(points[labels == g.index], p.rough_cell) for g in candidates}
     largest = max(candidates, key=lambda g: planes[g.index].area)
     chosen, rest = [largest], [g for g in candidates if g is not largest]
+    cells = {}
+    if rest:
+        cells = {g.index: _cells(points[labels == g.index], p.rough_cell) for g in candidates}
     grew = True
     while grew:
         joined = [g for g in rest if any(_seam(g, c, cells, p) for c in chosen)]
@@ -95,7 +97,7 @@ def select_ground(
 
 
 def _cells(points: np.ndarray, cell: float) -> set[tuple[int, int]]:
-    return set(map(tuple, np.unique(np.floor(points[:, :2] / cell).astype(int), axis=0)))
+    return set(map(tuple, unique_cells(points[:, :2], cell)[0].tolist()))
 
 
 def _seam(a: GroundPlane, b: GroundPlane, cells: dict, p: SegmentationParameters) -> bool:

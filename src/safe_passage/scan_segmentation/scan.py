@@ -132,3 +132,18 @@ class Level:
     def back(self, points: np.ndarray) -> np.ndarray:
         """Points (..., 3) of this frame in the scanner's."""
         return points @ self.R_level_scan + self.origin
+
+
+def unique_cells(points: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cells (M, D) that hold points (N, D), one point (M,) of each, and the cell (N,) of each."""
+    if not len(points):
+        empty = np.empty(0, int)
+        return np.empty(points.shape, int), empty, empty
+    at = np.floor(points / cell).astype(np.int64)
+    low = at.min(axis=0)
+    size = at.max(axis=0) - low + 1
+    key = np.zeros(len(at), np.int64)  # np.unique of rows is several times slower
+    for column, count in zip((at - low).T, size):
+        key = key * count + column
+    _, first, of = np.unique(key, return_index=True, return_inverse=True)
+    return at[first], first, of

@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from safe_passage.scan_segmentation.ground import GroundPlane
 from safe_passage.scan_segmentation.parameters import RobotConfiguration
+from safe_passage.scan_segmentation.scan import unique_cells
 
 SLOPES = (0.36, 1.0)  # rise over run of a flight
 RISES = (0.10, 0.25)  # [m] of a step
@@ -65,8 +66,7 @@ def find_stairs(points: np.ndarray, ground: GroundPlane, other: np.ndarray) -> l
     height = points[:, 2] - ground.z(points[:, :2])
     some = (height > 0.03) & (height < HIGHEST) & ~other
     at = np.column_stack([points[some, :2], height[some]])
-    _, first = np.unique(np.floor(at / VOXEL).astype(int), axis=0, return_index=True)
-    at = at[first]
+    at = at[unique_cells(at, VOXEL)[1]]
     found: list[Stairs] = []
     rng = np.random.default_rng(SEED)
     for _ in range(3):

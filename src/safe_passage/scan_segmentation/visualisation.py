@@ -9,9 +9,11 @@ from scipy.spatial import Delaunay, QhullError
 
 from safe_passage.scan_segmentation.basic_map import Colour
 from safe_passage.scan_segmentation.pipeline import Segmentation
+from safe_passage.scan_segmentation.scan import unique_cells
 
 CUBE = 0.1  # [m] of obstacles
 LONGEST = 0.35  # [m] edge of a triangle: over longer ones nothing is known
+SPACING = 0.04  # [m] cells of which one point is a corner: near the scanner there are many
 NARROW = 0.05  # [m] between the points that a narrow way is drawn of
 
 
@@ -55,7 +57,7 @@ def _mesh(found: Segmentation, xyz: np.ndarray, over: np.ndarray) -> Mesh:
     """2D Delaunay triangulation of the drivable ground points, seen from above."""
     even = xyz[np.abs(over) <= 0.05]
     drivable = even[np.isin(found.drivable.at(even[:, :2]), (Colour.GREEN, Colour.ORANGE))]
-    points = np.concatenate([drivable, _narrow(found)])
+    points = np.concatenate([drivable[unique_cells(drivable, SPACING)[1]], _narrow(found)])
     if len(points) < 4:
         return Mesh(np.empty((0, 3)), np.empty((0, 3), int), np.empty(0, np.uint8))
     try:
@@ -83,7 +85,7 @@ def _narrow(found: Segmentation) -> np.ndarray:
 def _cubes(found: Segmentation, xyz: np.ndarray, over: np.ndarray) -> np.ndarray:
     low = (np.abs(over) > 0.04) & (np.abs(over) <= found.robot.max_obstacle)
     low &= found.basic.at(xyz[:, :2]) == Colour.ORANGE
-    cells = np.unique(np.floor(xyz[low] / CUBE).astype(int), axis=0)
+    cells, _, _ = unique_cells(xyz[low], CUBE)
     return found.level.back((cells + 0.5) * CUBE)
 
 
@@ -93,7 +95,7 @@ def _cuboids(found: Segmentation, xyz: np.ndarray, over: np.ndarray) -> np.ndarr
     at = xyz[high]
     if not len(at):
         return np.empty((0, 5))
-    cells, which = np.unique(np.floor(at[:, :2] / CUBE).astype(int), axis=0, return_inverse=True)
+    cells, _, which = unique_cells(at[:, :2], CUBE)
     low, top = np.full(len(cells), np.inf), np.full(len(cells), -np.inf)
     np.minimum.at(low, which, at[:, 2])
     np.maximum.at(top, which, at[:, 2])
