@@ -18,7 +18,8 @@ from safe_passage.scan_segmentation.validation import ValidPlane
 MAX_CELLS = 16_000_000  # of a map; a larger place gets coarser cells
 FOOT = 0.5  # [m] over the ground: what stands on it is seen down to here
 NOTHING, GROUND, FEET = 0, 1, 2  # as in the kernel
-SUNK = 0.5  # of the tolerance under the ground: the rim of a hole begins there
+SUNK = 0.5  # of the tolerance: a hole begins so deep under the ground, or deeper where
+NOISE = 1.3  # times what all but a hundredth of the ground's points keep to is more
 SLANT = 0.15  # sine under which a beam meets a plane too flatly to be moved along it
 
 
@@ -120,10 +121,13 @@ def survey(
     over_flight[valid] = over_stairs(stairs, points[valid], robot)
     on_flight = np.isfinite(over_flight)
     height[on_flight] = over_flight[on_flight]
-    vertex = _vertices(height, robot, p)
-    vertex[on_flight] = Colour.ORANGE
     height[on_flight & (height < 0.0)] = 0.0  # a step's edge, no hole
-    cells = _draw(points, height, vertex, heights, is_closed(scan.beta), shape, fine, robot, p)
+    sunk = height < -_depth(scan, planes, labels, ground, p)
+    vertex = _vertices(height, sunk, robot, p)
+    vertex[on_flight] = Colour.ORANGE
+    cells = _draw(
+        points, height, vertex, sunk, heights, is_closed(scan.beta), shape, fine, robot, p
+    )
     return Survey(points, height, heights, ColourMap(cells, origin, fine))
 
 
@@ -143,17 +147,31 @@ def _extent(
     return origin, (int(rows), int(columns)), per_rough, fine
 
 
+def _depth(
+    scan: OrganisedScan,
+    planes: list[ValidPlane],
+    labels: np.ndarray,
+    ground: list[GroundPlane],
+    p: SegmentationParameters,
+) -> float:
+    """[m] under the ground at which no longer noise but a hole is seen."""
+    off = [
+        planes[plane.index].plane.distance(scan.points[labels == plane.index]) for plane in ground
+    ]
+    noise = NOISE * -float(np.percentile(np.concatenate(off), 1.0))
+    return min(max(SUNK * p.ground_tolerance, noise), p.ground_tolerance)
+
+
 def _vertices(
-    height: np.ndarray, robot: RobotConfiguration, p: SegmentationParameters
+    height: np.ndarray, sunk: np.ndarray, robot: RobotConfiguration, p: SegmentationParameters
 ) -> np.ndarray:
     """(H, W) uint8 colour of each point, UNKNOWN: none of the robot's business."""
     found = np.zeros(height.shape, np.uint8)
     with np.errstate(invalid="ignore"):
-        even = (height <= p.ground_tolerance) & (height >= -SUNK * p.ground_tolerance)
+        even = (height <= p.ground_tolerance) & ~sunk
         low = (height > 0.0) & (height <= robot.max_obstacle)
         high = (height > robot.max_obstacle) & (height <= robot.clearance)
-        hole = height < 0.0  # how deep it is under the beam nobody knows
-    found[high | hole] = Colour.RED
+    found[high | sunk] = Colour.RED  # how deep it is under the beam nobody knows
     found[low] = Colour.ORANGE
     found[even] = Colour.GREEN
     return found
@@ -163,6 +181,7 @@ def _draw(
     points: np.ndarray,
     height: np.ndarray,
     vertex: np.ndarray,
+    sunk: np.ndarray,
     heights: GroundHeight,
     closed: bool,
     shape: tuple[int, int],
@@ -172,8 +191,6 @@ def _draw(
 ) -> np.ndarray:
     """(rows, columns) uint8 colours of the fine cells."""
     at = points.copy()
-    with np.errstate(invalid="ignore"):
-        sunk = height < -SUNK * p.ground_tolerance
     # a beam that ends under the ground went through it farther to the front
     ended = points[sunk]
     entered = ended * np.clip((ended[:, 2] - height[sunk]) / ended[:, 2], 0.0, 1.0)[:, None]
