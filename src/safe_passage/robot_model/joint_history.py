@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from bisect import insort
 from collections import deque
 from typing import Iterable, Mapping, Sequence
@@ -12,7 +13,7 @@ from safe_passage.core.errors import InputError
 
 
 class JointHistory:
-    """Joint states, each of any subset of the joints, in any order of arrival.
+    """Joint states, each of any subset of the joints, in any order of arrival, from any thread.
 
     Args:
         length: [s] that is kept of each joint.
@@ -22,6 +23,7 @@ class JointHistory:
 
     def __init__(self, length: float = 2.0, tolerance: float = 0.02, max_gap: float = 0.2) -> None:
         self._length, self._tolerance, self._max_gap = length, tolerance, max_gap
+        self._lock = threading.Lock()
         self._joints: dict[str, deque[tuple[float, float]]] = {}
 
     def add(self, stamp: float, names: Sequence[str], positions: Sequence[float]) -> None:
@@ -35,6 +37,10 @@ class JointHistory:
         for name, position in zip(names, positions):
             if not np.isfinite(position):
                 raise InputError(f"joint {name}: its position is {position}")
+        with self._lock:
+            self._add(stamp, names, positions)
+
+    def _add(self, stamp: float, names: Sequence[str], positions: Sequence[float]) -> None:
         for name, position in zip(names, positions):
             known = self._joints.setdefault(name, deque())
             entry = (stamp, float(position))
@@ -48,7 +54,8 @@ class JointHistory:
 
     def clear(self) -> None:
         """Forget everything: the clock has jumped."""
-        self._joints.clear()
+        with self._lock:
+            self._joints.clear()
 
     def at(self, stamp: float, names: Iterable[str]) -> dict[str, float]:
         """Positions at `stamp` [s], between states linearly, beyond the last as it is.
@@ -56,11 +63,13 @@ class JointHistory:
         Raises:
             InputError: names a joint of which nothing, or nothing near enough, is known.
         """
-        return {name: self._position(name, stamp) for name in names}
+        with self._lock:
+            return {name: self._position(name, stamp) for name in names}
 
     def latest(self, names: Iterable[str]) -> float:
         """[s] until which all of `names` are known; -inf: one never was."""
-        return min(self._joints[n][-1][0] if n in self._joints else -np.inf for n in names)
+        with self._lock:
+            return min(self._joints[n][-1][0] if n in self._joints else -np.inf for n in names)
 
     def _position(self, name: str, stamp: float) -> float:
         known = self._joints.get(name)

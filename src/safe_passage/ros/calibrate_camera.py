@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import rospkg
 
 from safe_passage.calibration import ArmCalibrator, Calibration, CalibrationParameters, Verdict
 from safe_passage.calibration.recording import read_folder
@@ -17,6 +16,7 @@ from safe_passage.core.reading import build, read_yaml
 from safe_passage.evaluation.calibration_plots import draw_fit
 from safe_passage.robot_model import load_robot_model
 from safe_passage.ros.calibration_recordings import read_arm_bag
+from safe_passage.ros.packages import package_folder
 
 EPILOG = """
 The recording is a bag (one topic of depth images, its camera_info, joint states; the arm stands
@@ -66,17 +66,7 @@ def report(result: Calibration) -> str:
 def _packages(given: list[str]):  # type: ignore[no-untyped-def]
     """Folders by package name: those given as NAME=FOLDER, else rospack's."""
     known = dict(one.split("=", 1) for one in given)
-    rospack = rospkg.RosPack()
-
-    def find(name: str) -> Path:
-        if name in known:
-            return Path(known[name])
-        try:
-            return Path(rospack.get_path(name))
-        except rospkg.ResourceNotFound:
-            raise KeyError(name) from None
-
-    return find
+    return lambda name: Path(known[name]) if name in known else package_folder(name)
 
 
 def _arguments() -> argparse.Namespace:

@@ -5,15 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from sensor_msgs.msg import Image
 
 from safe_passage.calibration.recording import ArmRecording, standstills
 from safe_passage.core.errors import InputError
-from safe_passage.robot_model import JointHistory, PinholeCamera
+from safe_passage.robot_model import JointHistory
 from safe_passage.ros.bags import read_bag
+from safe_passage.ros.depth_conversions import PIXELS, from_camera_info, from_depth_image
+from safe_passage.ros.sensor_conversions import UnusableMessageError
 from safe_passage.self_filter.depth_image import metres
 
 KINDS = ("sensor_msgs/Image", "sensor_msgs/CameraInfo", "sensor_msgs/JointState")
-PIXELS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
 FOREVER = 1e9  # [s]
 
 
@@ -41,32 +43,21 @@ def read_arm_bag(path: Path, joints: tuple[str, ...], least_share: float) -> Arm
         if kind == KINDS[2]:
             for message in messages[name]:
                 history.add(message.header.stamp.to_sec(), message.name, message.position)
-    info = messages[beside[0]][0]
-    camera = PinholeCamera.of_matrix(np.reshape(info.P, (3, 4)), info.width, info.height)
+    try:
+        camera = from_camera_info(messages[beside[0]][0])
+    except UnusableMessageError as error:
+        raise InputError(f"{path}: {beside[0]}: {error}") from None
     images = messages[depth[0]]
     stamps = [message.header.stamp.to_sec() for message in images]
-    views = standstills(stamps, [to_depth(one) for one in images], history, joints, least_share)
+    views = standstills(stamps, [_depth(one, path) for one in images], history, joints, least_share)
     if not views:
         raise InputError(f"{path}: the arm never stands still with its joints {', '.join(joints)}")
     return ArmRecording(camera, views)
 
 
-def to_depth(message: object) -> np.ndarray:
-    """Depth (H, W) float32 [m], NaN = none, of a sensor_msgs/Image; raises InputError."""
-    return metres(to_raw_depth(message))
-
-
-def to_raw_depth(message) -> np.ndarray:  # type: ignore[no-untyped-def]
-    """(H, W) uint16 [mm] or float32 [m], native byte order; raises InputError."""
-    if message.encoding not in PIXELS:
-        raise InputError(f"depth image of encoding {message.encoding!r}: must be 16UC1 or 32FC1")
-    kind = np.dtype(PIXELS[message.encoding]).newbyteorder(">" if message.is_bigendian else "<")
-    width = message.width * kind.itemsize
-    if message.step < width or len(message.data) < message.step * message.height:
-        raise InputError(
-            f"depth image {message.width} x {message.height}: {len(message.data)} bytes"
-        )
-    rows = np.frombuffer(message.data, np.uint8, message.step * message.height)
-    rows = rows.reshape(message.height, message.step)[:, :width]
-    native = np.ascontiguousarray(rows).view(kind)
-    return native.astype(kind.newbyteorder("="))
+def _depth(message: Image, path: Path) -> np.ndarray:
+    """(H, W) float32 [m], NaN = none."""
+    try:
+        return metres(from_depth_image(message))
+    except UnusableMessageError as error:
+        raise InputError(f"{path}: a depth image with {error}") from None

@@ -20,6 +20,9 @@ class Outcome(enum.Enum):
     FUTURE = "FUTURE"
     OUT_OF_ORDER = "OUT_OF_ORDER"
     NO_TF = "NO_TF"
+    NO_MODEL = "NO_MODEL"  # of the robot
+    NO_JOINTS = "NO_JOINTS"  # their positions at the stamp
+    NO_CAMERA = "NO_CAMERA"  # camera_info of this image
     EMPTY = "EMPTY"
     BAD_FIELDS = "BAD_FIELDS"
     NOT_FINITE = "NOT_FINITE"

@@ -37,6 +37,14 @@ class Received:
     arrived: float  # [s] monotonic
 
 
+class NotYetError(tf2_ros.TransformException):
+    """What else a message waits for, and as what it is counted when it has waited too long."""
+
+    def __init__(self, outcome: Outcome, detail: str) -> None:
+        super().__init__(detail)
+        self.outcome = outcome
+
+
 class SensorInput:
     """Takes messages in as they come and gives out what is made of them when asked.
 
@@ -46,7 +54,8 @@ class SensorInput:
     Args:
         topic, kind: of the messages, which have a header.
         read: a message's content; raises UnusableMessageError.
-        place: what is given out; raises tf2_ros.TransformException while tf does not know it.
+        place: what is given out; raises tf2_ros.TransformException while tf does not know it,
+            NotYetError while something else is missing.
         on_news: called after each message.
         expected: whether its silence is a fault.
     """
@@ -141,7 +150,8 @@ class SensorInput:
             placed = self._place(entry)
         except tf2_ros.TransformException as error:
             if (now - entry.stamp).to_sec() > self._limits.transform_tolerance:
-                self._diagnostics.count(self.topic, Outcome.NO_TF, str(error))
+                outcome = error.outcome if isinstance(error, NotYetError) else Outcome.NO_TF
+                self._diagnostics.count(self.topic, outcome, str(error))
             else:
                 with self._lock:
                     self._waiting.append(entry)
