@@ -13,11 +13,11 @@ import numpy as np
 
 from safe_passage.calibration.accumulation import temporal_median
 from safe_passage.calibration.pipeline import ArmView
+from safe_passage.core.depth_image import metres
 from safe_passage.core.errors import InputError
 from safe_passage.core.reading import read_yaml
 from safe_passage.robot_model import JointHistory, PinholeCamera
 from safe_passage.robot_model.joint_history import moved
-from safe_passage.self_filter.depth_image import metres
 
 DEPTH = re.compile(r"depth_(\d+)(?:_(\d+))?\.(npy|png)")
 STILL_TIME = 0.3  # [s] before an image for which the arm must have stood

@@ -1,1 +1,1 @@
-"""What every room may import: errors, parameters, geometry."""
+"""What every room may import: errors, parameters, geometry, depth images."""

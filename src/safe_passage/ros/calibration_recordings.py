@@ -8,12 +8,12 @@ import numpy as np
 from sensor_msgs.msg import Image
 
 from safe_passage.calibration.recording import ArmRecording, standstills
+from safe_passage.core.depth_image import metres
 from safe_passage.core.errors import InputError
 from safe_passage.robot_model import JointHistory
 from safe_passage.ros.bags import read_bag
 from safe_passage.ros.depth_conversions import PIXELS, from_camera_info, from_depth_image
 from safe_passage.ros.sensor_conversions import UnusableMessageError
-from safe_passage.self_filter.depth_image import metres
 
 KINDS = ("sensor_msgs/Image", "sensor_msgs/CameraInfo", "sensor_msgs/JointState")
 FOREVER = 1e9  # [s]

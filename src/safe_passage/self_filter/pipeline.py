@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from safe_passage.core.depth_image import metres, without
 from safe_passage.core.errors import InputError, ParameterError
 from safe_passage.robot_model import DepthRenderer, JointHistory, PinholeCamera, RobotModel
-from safe_passage.self_filter.depth_image import metres, without
 from safe_passage.self_filter.parameters import SelfFilterParameters
 from safe_passage.self_filter.removal import inside_robot, slivers
 from safe_passage.self_filter.sweep import Sweep, positions_around

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from safe_passage.core.depth_image import metres, without
 from safe_passage.core.errors import InputError, ParameterError
 from safe_passage.robot_model import DepthRenderer, JointHistory, PinholeCamera, load_robot_model
 from safe_passage.robot_model.surfaces import box
-from safe_passage.self_filter import SelfFilter, SelfFilterParameters, metres, without
+from safe_passage.self_filter import SelfFilter, SelfFilterParameters
 
 CAMERA = PinholeCamera(160, 120, 130.0, 130.0, 79.5, 59.5)
 BAR = """<robot name="bar">
