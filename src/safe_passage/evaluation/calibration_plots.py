@@ -39,8 +39,9 @@ def draw_fit(
         model_points = np.concatenate([surface.visible(v.positions, T).points for v in views])
         sensor = np.concatenate([camera.points(v.depth) for v in views])
         sensor = sensor @ T[:3, :3].T + T[:3, 3]
-        low, high = model_points.min(axis=0) - MARGIN, model_points.max(axis=0) + MARGIN
-        sensor = sensor[((sensor > low) & (sensor < high)).all(axis=1)]
+        if len(model_points):  # else the camera looks away from the arm
+            low, high = model_points.min(axis=0) - MARGIN, model_points.max(axis=0) + MARGIN
+            sensor = sensor[((sensor > low) & (sensor < high)).all(axis=1)]
         for points, colour, name in ((sensor, GREEN, "sensor"), (model_points, ORANGE, "model")):
             shown = points[:: max(1, len(points) // SHOWN)]
             flat = _projected(shown, side)
