@@ -205,14 +205,18 @@ def random_rooms(count: int) -> list[dict]:
 
 
 def accuracy(done: list[Trial]) -> list[dict]:
-    """Of all planes of a square metre and more: the worst, and most."""
+    """Of planes of a square metre and more: the worst, and most; strips of them apart."""
     errors = [trial.errors for trial in done if trial.errors is not None]
     normal = np.concatenate([one.normal for one in errors])
     offset = np.concatenate([one.offset for one in errors])
+    wide = np.concatenate([one.wide for one in errors])
+    strips = float(normal[~wide].max()) if not wide.all() else None
     return [
-        metric("planes_judged", len(normal), "planes"),
-        metric("normal_error_deg", float(normal.max()), "deg", "<= 0.3"),
-        metric("normal_error_p95_deg", float(np.percentile(normal, 95)), "deg"),
+        metric("planes_judged", int(wide.sum()), "planes"),
+        metric("normal_error_deg", float(normal[wide].max()), "deg", "<= 0.3"),
+        metric("normal_error_p95_deg", float(np.percentile(normal[wide], 95)), "deg"),
+        metric("strips_judged", int((~wide).sum()), "planes"),
+        metric("normal_error_strips_deg", strips, "deg"),
         metric("offset_error_mm", float(offset.max()), "mm", "<= 5"),
         metric("offset_error_p95_mm", float(np.percentile(offset, 95)), "mm"),
     ]

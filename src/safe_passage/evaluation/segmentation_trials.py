@@ -25,6 +25,7 @@ from safe_passage.simulation.scan_scene import Place, Scanner, scan_place
 
 ROBOT = RobotConfiguration(length=1.2, width=0.85, height=1.4)
 LEAST_AREA = 1.0  # [m^2] of a plane whose accuracy is judged
+WIDE = 0.5  # [m] to its narrower side, as far as it was seen; noise turns a strip more than that
 SEEN = 0.9  # of a plane's points on one surface: others are of several that lie in one plane
 TOLERANCE = 2  # fine cells by which the true robot is narrower when ways are judged
 
@@ -35,6 +36,7 @@ class PlaneErrors:
 
     normal: np.ndarray  # (N,) [deg]
     offset: np.ndarray  # (N,) [mm] at the middle of its points
+    wide: np.ndarray  # (N,) bool, not only a strip of it was seen
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,7 @@ def plane_errors(place: Place, scanner: Scanner, planes: Planes, which: np.ndarr
         which: (H, W) surface of each point, -1: no return.
     """
     surfaces, R = place.surfaces(), scanner.rotation()
-    angles, offsets = [], []
+    angles, offsets, wide = [], [], []
     for k, valid in enumerate(planes.valid):
         own = planes.labels == k
         counts = np.bincount(which[own] + 1, minlength=2)[1:]
@@ -120,7 +122,9 @@ def plane_errors(place: Place, scanner: Scanner, planes: Planes, which: np.ndarr
         middle = R @ (points.mean(axis=0) - _off(valid.plane, points)) + scanner.position
         angles.append(math.degrees(math.acos(min(1.0, abs(normal @ R @ valid.plane.normal)))))
         offsets.append(1e3 * abs(normal @ (middle - patch.corner)))
-    return PlaneErrors(np.array(angles), np.array(offsets))
+        spread = np.sqrt(np.linalg.eigvalsh(np.cov(points.T))[1])
+        wide.append(math.sqrt(12.0) * spread >= WIDE)  # of an evenly filled strip
+    return PlaneErrors(np.array(angles), np.array(offsets), np.array(wide, bool))
 
 
 def _off(plane: Plane, points: np.ndarray) -> np.ndarray:
