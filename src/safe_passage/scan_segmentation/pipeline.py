@@ -148,7 +148,7 @@ def usable(scan: OrganisedScan, p: SegmentationParameters) -> OrganisedScan:
             beta=scan.beta[::step],
             remission=remission,
         )
-        notes.append(f"thinned out: every {step}th line and point")
+        notes.append(f"thinned out: one line in {step}, of it one point in {step}")
     with np.errstate(over="ignore", invalid="ignore"):
         distance = np.linalg.norm(scan.points - np.asarray(scan.origin), axis=2)
         wrong = ~(distance <= p.max_range)
