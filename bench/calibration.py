@@ -77,7 +77,7 @@ def figures(outcomes: list[Outcome]) -> list[dict]:
     ]
     for method, poses in product(("GICP", "ICP"), (5, 1)):
         name, own = f"{method.lower()}_{poses}", of(Variant(method, poses))
-        rows.append(metric(f"success_share_{name}", share(own), ""))
+        rows.append(metric(f"right_share_{name}", share(own), ""))
         rows.append(
             metric(
                 f"held_out_rms_{name}_mm", 1e3 * float(np.median([o.held_out for o in own])), "mm"
