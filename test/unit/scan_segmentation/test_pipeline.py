@@ -167,3 +167,42 @@ def test_the_orientation_of_the_scanner_does_not_matter():
     assert door.width == pytest.approx(0.90, abs=0.03)
     at = in_world(askew, np.array([door.middle[:2]]))[0]
     np.testing.assert_allclose(at, [4.0, 0.4], atol=0.03)
+
+
+def spoilt(points: np.ndarray, how: str) -> np.ndarray:
+    rng = np.random.default_rng(len(how))
+    some = rng.random(points.shape[:2]) < 0.3
+    return {
+        "noise": lambda: rng.normal(0.0, 1e4, (60, 40, 3)),
+        "holes": lambda: np.where(some[..., None], np.nan, points),
+        "infinite": lambda: np.where(some[..., None], np.inf, points),
+        "huge": lambda: np.where(some[..., None], 1e30, points),
+        "doubles": lambda: np.repeat(np.repeat(points, 2, axis=0), 2, axis=1),
+        "large": lambda: points * 1e3,
+        "small": lambda: points * 1e-3,
+        "flat": lambda: points * [1.0, 1.0, 0.0],
+        "coarse": lambda: np.round(points, 1),
+        "shaken": lambda: points + rng.normal(0.0, 0.2, points.shape),
+        "narrow": lambda: points[:, :10],
+    }[how]()
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("width", [0.05, 20.0])
+@pytest.mark.parametrize(
+    "how",
+    ["noise", "holes", "infinite", "huge", "doubles", "large"]
+    + ["small", "flat", "coarse", "shaken", "narrow"],
+)
+def test_a_spoilt_scan_is_segmented_or_refused_with_a_reason(how, width):
+    scan, _ = scan_place(garage(), Scanner(pitch=0.3, lines=100), 1)
+    points = spoilt(scan.points.astype(float), how)
+    beta = np.linspace(0.0, 2.0 * math.pi, len(points), endpoint=False)
+    bad = dataclasses.replace(scan, points=points, beta=beta, remission=None)
+    robot = RobotConfiguration(length=width, width=width, max_obstacle=0.0)
+    try:
+        found = ScanSegmenter().segment(bad, robot)
+    except SegmentationError as refused:
+        assert refused.reason in Reason
+    else:
+        assert found.ground and found.drivable.cells.max() <= Colour.RED
