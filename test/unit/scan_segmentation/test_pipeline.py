@@ -191,8 +191,7 @@ def spoilt(points: np.ndarray, how: str) -> np.ndarray:
 @pytest.mark.parametrize("width", [0.05, 20.0])
 @pytest.mark.parametrize(
     "how",
-    ["noise", "holes", "infinite", "huge", "doubles", "large"]
-    + ["small", "flat", "coarse", "shaken", "narrow"],
+    "noise holes infinite huge doubles large small flat coarse shaken narrow".split(),
 )
 def test_a_spoilt_scan_is_segmented_or_refused_with_a_reason(how, width):
     scan, _ = scan_place(garage(), Scanner(pitch=0.3, lines=100), 1)
