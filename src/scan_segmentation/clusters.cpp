@@ -10,6 +10,7 @@ namespace safe_passage::scan_segmentation {
 namespace {
 
 constexpr int kMissing = 3;         // lines in a row that a growing cluster may skip
+constexpr int kRounds = 3;          // in which segments join and the plane is fitted again
 constexpr double kSpread = 0.03;    // [m] that points reach to the side: less is a line, no plane
 constexpr double kAlongSine = 0.2;  // of the angle between a segment and its plane, at most
 
@@ -65,8 +66,11 @@ class Growth {
     next_fit_ = p_.first_fit;
     follow(seed);
     const bool enough = plane_ && static_cast<int>(members_.size()) >= p_.plane_segments;
-    if (enough) gather(seed);
-    if (!enough || !settle()) return std::nullopt;
+    if (!enough) return std::nullopt;
+    for (int round = 0; round < kRounds; ++round) {  // a better plane reaches segments passed over
+      gather(seed);
+      if (!settle()) return std::nullopt;
+    }
     for (int i : members_) owner_[i] = number;
     return plane_;
   }
