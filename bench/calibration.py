@@ -25,7 +25,7 @@ from bench.metric import metric
 
 IIWA = "pybullet_data/kuka_iiwa/model.urdf"
 SEED = 20261
-TRIALS, TRIALS_QUICK = 100, 3
+TRIALS, TRIALS_QUICK = 100, 2
 REGION, REGION_QUICK = 10, 1  # setups on which the region of convergence is looked at
 SCALES, SCALES_QUICK = (0.5, 1.0, 1.5, 2.0, 3.0), (1.0,)
 REAL, REAL_QUICK = 5, 1  # guesses for the real recording
