@@ -98,10 +98,11 @@ def lidar_tracker(config: Path) -> TrackerParameters:
 
 @lru_cache(maxsize=1)
 def separation_parameters(config: Path) -> SeparationParameters:
-    """Those of the node's own yaml for the robot."""
+    """Those of the node's own yaml, but for what that asks to be measured on the robot."""
     values = read_yaml(config / "separation_monitor.yaml")
     known = {field.name for field in fields(SeparationParameters)}
     kept = {key: value for key, value in values.items() if key in known}
+    kept["acceleration"] = DRIVE.acceleration
     return build(SeparationParameters, kept, "separation_monitor")
 
 
@@ -224,8 +225,8 @@ def obstacles_of(snapshot: Snapshot) -> Obstacles:
     tracks, which = snapshot.tracks, snapshot.confirmed
     return Obstacles(
         tracks.id[which],
-        tracks.position[which],
-        tracks.velocity[which],
+        tracks.place[which],
+        tracks.course[which],
         tracks.P[which],
         tracks.moving[which],
         np.zeros(int(which.sum()), bool),
@@ -266,14 +267,14 @@ def _track_of(snapshot: Snapshot, person: PersonState, base: Base) -> tuple[floa
     which = np.flatnonzero(snapshot.confirmed)
     to_base = inverse(base.pose)
     at = np.array(compose(to_base, (person.x, person.y, 0.0))[:2])
-    away = np.hypot(*(tracks.position[which] - at).T)
+    away = np.hypot(*(tracks.place[which] - at).T)
     if not len(which) or away.min() > 0.8:
         return (np.nan,) * 5
     i = int(which[away.argmin()])
     velocity = rotation(to_base[2]) @ np.array(person.velocity)
     return (
         float(away.min()),
-        float(np.hypot(*(tracks.velocity[i] - velocity))),
+        float(np.hypot(*(tracks.course[i] - velocity))),
         float(tracks.moving[i]),
         float(np.sqrt(np.linalg.eigvalsh(tracks.P[i, 2:, 2:])[-1])),
         float(tracks.id[i]),

@@ -13,6 +13,7 @@ from filterpy.common import Q_continuous_white_noise
 from safe_passage.core.geometry import Pose, rotation
 
 Array = np.ndarray
+MEMORY = 1.0  # [s] over which a velocity is averaged, at most
 
 
 def transition(dt: float) -> Array:
@@ -76,6 +77,27 @@ def update(x: Array, P: Array, z: Array, R: Array, age: Array) -> tuple[Array, A
     I_KH = np.eye(4) - K @ H
     covariance = I_KH @ P @ I_KH.transpose(0, 2, 1) + K @ R @ K.transpose(0, 2, 1)
     return better, covariance
+
+
+def without_swing(told: Array, seen: Array, count: Array, dt: float, way: float) -> Array:
+    """(N, 4) states averaged over about the last `way` [m], and at most over MEMORY.
+
+    Scanners at the height of ankles see legs that swing: place and velocity of what they see go to
+    and fro with each step, about 0.1 m and 0.3 m/s for somebody who walks evenly.
+
+    Args:
+        told: (N, 4) [m, m/s] the same averages dt [s] ago, carried on until now.
+        seen: (N, 4) [m, m/s] states now.
+        count: (N,) states that the averages were made of.
+    """
+    if dt <= 0.0:
+        return told
+    speed = np.maximum(np.hypot(*told[:, 2:].T), np.hypot(*seen[:, 2:].T))
+    memory = np.maximum(np.minimum(way / np.maximum(speed, 1e-6), MEMORY), dt)
+    first = 1.0 / (count + 1.0)
+    # a place that is averaged for as long lags behind who turns
+    share = np.stack([np.maximum(2.0 * dt / memory, first), np.maximum(dt / memory, first)], axis=1)
+    return told + np.repeat(np.minimum(share, 1.0), 2, axis=1) * (seen - told)
 
 
 def squared_mahalanobis(offset: Array, covariance: Array) -> Array:

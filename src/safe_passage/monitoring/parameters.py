@@ -98,6 +98,7 @@ class TrackerParameters:
     alignment_noise: float = 0.17  # [m] of a displacement of which a cell loses one cell of overlap
     alignment_overlap: float = 0.8  # share of cells that must lie on each other
 
+    averaged_way: float = 0.3  # [m] over which the velocity that is told is averaged
     moving_speed: float = 0.3  # [m/s] slower tracks are stationary (5)
     moving_significance: float = 1.0  # squared Mahalanobis distance of the velocity from 0
     moving_distance: float = 0.4  # [m] a track must have left its place by
@@ -142,6 +143,7 @@ class TrackerParameters:
         check_range("alignment_size", self.alignment_size, 0.0, 100.0, "m")
         check_range("alignment_reach", self.alignment_reach, 0.0, 64 * self.resolution, "m")
         check_range("alignment_noise", self.alignment_noise, 0.001, 10.0, "m")
+        check_range("averaged_way", self.averaged_way, 0.0, 10.0, "m")
         check_range("moving_speed", self.moving_speed, 0.0, 50.0, "m/s")
         check_range("moving_significance", self.moving_significance, 0.0, 1e4, "")
         check_range("moving_distance", self.moving_distance, 0.0, 10.0, "m")

@@ -16,7 +16,7 @@ from safe_passage.monitoring.features import describe
 from safe_passage.monitoring.free_space import FreeSpace
 from safe_passage.monitoring.fusion_grid import Fusion, FusionGrid
 from safe_passage.monitoring.hypotheses import Hypotheses, Rules, propose
-from safe_passage.monitoring.motion import move_frame, predict
+from safe_passage.monitoring.motion import move_frame, predict, without_swing
 from safe_passage.monitoring.observation import classify, observe
 from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.preprocessing import outside
@@ -87,6 +87,7 @@ class ObstacleTracker:
         tracks = observe(tracks, grid, hypotheses, (seen, known), pose, self._aligner, self._p)
         features = hypotheses.features.of(seen)
         tracks = classify(tracks, known, features, self._elapsed(stamp), self._p)
+        tracks = self._steadied(tracks, self._elapsed(stamp))
         tracks = self._drop_lost(tracks, hypotheses, seen, known, established)
         tracks = self._start_new(tracks, grid, hypotheses, seen, stamp, pose)
         self._tracks, self._last = tracks, (stamp, pose)
@@ -144,8 +145,25 @@ class ObstacleTracker:
         turn = rotation(-motion[2])
         origin = (tracks.origin - motion[:2]) @ turn.T
         extent = turn @ tracks.extent @ turn.T
-        offset, unseen = tracks.offset @ turn.T, tracks.unseen + dt
-        return tracks.with_(x=x, P=P, origin=origin, extent=extent, offset=offset, unseen=unseen)
+        offset = tracks.offset @ turn.T
+        place = (tracks.place + dt * tracks.course - motion[:2]) @ turn.T
+        return tracks.with_(
+            x=x,
+            P=P,
+            told=np.concatenate([place, tracks.course @ turn.T], axis=1),
+            origin=origin,
+            extent=extent,
+            offset=offset,
+            unseen=tracks.unseen + dt,
+        )
+
+    def _steadied(self, tracks: Tracks, dt: float) -> Tracks:
+        """Told without the swing of the legs; what stands is told as it is seen."""
+        seen = np.concatenate([tracks.position, tracks.velocity], axis=1)
+        cycles = tracks.hits + tracks.misses
+        told = without_swing(tracks.told, seen, cycles, dt, self._p.averaged_way)
+        told[:, :2] = np.where(tracks.moving[:, None], told[:, :2], tracks.position)
+        return tracks.with_(told=told)
 
     def _drop_lost(
         self,

@@ -32,9 +32,14 @@ class Courses:
         self._speeding = max(*rising, 1e-9)
 
     @property
+    def now(self) -> np.ndarray:
+        """(1,) the scale at which the robot goes."""
+        return np.array([self._now])
+
+    @property
     def brake(self) -> np.ndarray:
         """(1, T) stops as soon as it can."""
-        return self.stop(np.array([self._now]))
+        return self.stop(self.now)
 
     def stop(self, scale: np.ndarray) -> np.ndarray:
         """Goes on at the scale for the reaction time, then brakes and stands."""
@@ -50,6 +55,11 @@ class Courses:
         rising = np.minimum(self._t, less * self._speeding)
         missed = less * rising - 0.5 * rising**2 / self._speeding
         return scale[:, None] * self._t + self.stop(more) - missed
+
+    @property
+    def half_speed(self) -> float:
+        """[s] of braking until half of its speed is lost."""
+        return 0.5 * self._now * self._braking
 
     def stands(self, scale: np.ndarray) -> np.ndarray:
         """(S,) [s] when it has stopped."""
@@ -143,6 +153,11 @@ class _Judge:
         self._end = np.where(self._touches, np.minimum(touched.argmax(axis=1), last), last)
         self._escape = _slow_scale(motion, p.escape_speed, p)
         self._motion = motion
+        plain = self._brake + table.growth
+        # [m] less counts as a touch; but a robot in touch may leave
+        self._clear = np.minimum(p.clearance, plain[:, 0] - p.tolerance)
+        # who is touched before half of its speed is gone had better get away
+        self._braking_helps = bool(np.all(plain[:, times < courses.half_speed] > 0.0))
 
     def without_growth(self) -> _Judge:
         """The same if uncertainty stayed as it is; those who may come from anywhere still may."""
@@ -170,6 +185,8 @@ class _Judge:
         out = self._leads_out(on, kept)
         if self.inside(kept):
             out &= (scale <= self._escape) | self._must_hurry(on.min(axis=(0, 2)))
+        if self._braking_helps:
+            out &= self._touches_nobody(on) | self._stands_before_a_touch(scale)
         return free | out | (scale == 0.0)
 
     def _leads_out(self, on: np.ndarray, kept: float) -> np.ndarray:
@@ -185,6 +202,17 @@ class _Judge:
         better = (on >= floor[:, None]) | after[:, None]
         return _all(better) & (on[n, :, end] >= last[:, None]).all(axis=0)
 
+    def _touches_nobody(self, on: np.ndarray) -> np.ndarray:
+        """(S,) bool, if everybody keeps his way; on: (n, S, T) [m]."""
+        plain = on + self._table.growth[:, None, : self._ahead]
+        return _all(plain > self._clear[:, None, None])
+
+    def _stands_before_a_touch(self, scale: np.ndarray) -> np.ndarray:
+        """(S,) bool: who walks into a robot that stops after the next cycle finds it standing."""
+        plain = self._table.along(self._courses.stop(scale)) + self._table.growth[:, None]
+        stands = self._times >= self._courses.stands(scale)[:, None] + self._times[1]
+        return _all((plain > self._clear[:, None, None]) | stands)
+
     def best_way_through(self, kept: float, hurries: bool) -> float:
         """The scale with most room if stopping is in somebody's way, 0: there is no better one.
 
@@ -198,7 +226,7 @@ class _Judge:
         least = on.min(axis=(0, 2))
         most = min(least.max(), kept)
         gain = -self._p.advantage if hurries else self._p.advantage
-        if most <= max(0.0, stopped + gain):
+        if most <= max(self._p.clearance, stopped + gain):
             return 0.0
         return float(COARSE[least >= most - SAME].max())
 

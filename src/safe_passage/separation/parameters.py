@@ -23,7 +23,8 @@ class SeparationParameters:
 
     agility: float = 0.1  # [m^2/s^3] noise of the prediction: speed changes by its root in a second
     sigmas: float = 1.0  # standard deviations by which a predicted shape is enlarged (Z_d)
-    max_growth: float = 0.25  # [m] of a shape; of what is farther ahead more will be known in time
+    max_growth: float = 0.1  # [m] of a shape; of what is farther ahead more will be known in time
+    body_radius: float = 0.3  # [m] of who walks: a foot that is farther ahead does not stay there
     human_speed: float = 1.6  # [m/s] towards the robot, of whom no speed is known
     max_speed_deviation: float = 1.2  # [m/s] a velocity that is less certain counts as not known
     worst_case: bool = False  # true: everybody may come at human_speed at any moment
@@ -36,12 +37,13 @@ class SeparationParameters:
     robot_uncertainty: float = 0.03  # [m] of where the robot is and will be (Z_r)
 
     release_margin: float = 0.1  # [m] more than min_distance before the robot gets faster again
-    release_time: float = 0.5  # [s] for which that must hold
+    release_time: float = 1.0  # [s] for which that must hold
     rise_rate: float = 1.0  # [1/s] by which the scale rises, at most
     escape_speed: float = 0.3  # [m/s] when it leaves what is nearer than min_distance
     escape_turn: float = 0.5  # [rad/s] the same of a turn
     cautious_speed: float = 0.2  # [m/s] where not a shape but only its growth would be too near
     tolerance: float = 0.05  # [m] by which a way out may come nearer on its way
+    clearance: float = 0.07  # [m] of plain shapes where it drives on in somebody's way
     advantage: float = 0.1  # [m] more room by which driving on beats stopping in somebody's way
 
     path_tolerance: float = 0.5  # [m] a robot farther from its planned path has left it
@@ -69,6 +71,7 @@ class SeparationParameters:
         check_range("agility", self.agility, 0.0, 100.0, "m^2/s^3")
         check_range("sigmas", self.sigmas, 0.0, 10.0, "")
         check_range("max_growth", self.max_growth, 0.0, 10.0, "m")
+        check_range("body_radius", self.body_radius, 0.05, 10.0, "m")
         check_range("human_speed", self.human_speed, 0.0, 10.0, "m/s")
         check_range("max_speed_deviation", self.max_speed_deviation, 0.01, 100.0, "m/s")
         check_range("reaction_time", self.reaction_time, 0.0, 5.0, "s")
@@ -84,6 +87,7 @@ class SeparationParameters:
         check_range("cautious_speed", self.cautious_speed, 0.0, 5.0, "m/s")
         check_range("escape_turn", self.escape_turn, 0.01, 10.0, "rad/s")
         check_range("tolerance", self.tolerance, 0.0, 1.0, "m")
+        check_range("clearance", self.clearance, 0.0, 5.0, "m")
         check_range("advantage", self.advantage, 0.0, 5.0, "m")
         check_range("path_tolerance", self.path_tolerance, 0.0, 10.0, "m")
         check_range("path_angle", self.path_angle, 0.0, 3.2, "rad")

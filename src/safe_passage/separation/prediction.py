@@ -12,6 +12,7 @@ from safe_passage.core.geometry import Pose, rotation
 from safe_passage.separation.parameters import SeparationParameters
 
 SPARSE = 3  # steps between two moments beyond the horizon
+STRIDE = 0.6  # [m] from its place a moving thing that reaches farther is no walker
 MOST_CELLS = 32  # of an obstacle; a larger one is looked at in larger cells
 
 
@@ -99,12 +100,13 @@ def predict(obstacles: Obstacles, p: SeparationParameters) -> Prediction:
     growth = np.minimum(p.sigmas * position_deviation(P, times, p.agility), p.max_growth)
     growth[unknown] += p.human_speed * times
     velocity = np.where(unknown[:, None], 0.0, chosen.velocity)
-    shapes = [_discs(cells, chosen.resolution) for cells in chosen.cells]
+    around = [cells - place for cells, place in zip(chosen.cells, chosen.position)]
+    bodies = [_body(own, p) if walks else own for own, walks in zip(around, chosen.moving)]
+    shapes = [_discs(own, chosen.resolution) for own in bodies]
     lengths = [len(points) for points, _ in shapes]
     start = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
     points = np.concatenate([points for points, _ in shapes]) if shapes else np.empty((0, 2))
     radii = np.repeat([radius for _, radius in shapes], lengths)
-    points = points - np.repeat(chosen.position, lengths, axis=0)
     discs = np.column_stack([points, radii])
     reach = np.hypot(points[:, 0], points[:, 1]) + radii
     radius = np.maximum.reduceat(reach, start[:-1]) if shapes else np.empty(0)
@@ -136,6 +138,17 @@ def _largest_variance(S: np.ndarray) -> np.ndarray:
     mean = 0.5 * (S[..., 0, 0] + S[..., 1, 1])
     half = np.hypot(0.5 * (S[..., 0, 0] - S[..., 1, 1]), 0.5 * (S[..., 0, 1] + S[..., 1, 0]))
     return np.maximum(mean + half, 0.0)
+
+
+def _body(cells: np.ndarray, p: SeparationParameters) -> np.ndarray:
+    """`cells` (N, 2) [m] around a place, of a walker no farther from it than his body reaches.
+
+    Scanners see feet, which swing half a step before and behind the body.
+    """
+    away = np.hypot(cells[:, 0], cells[:, 1])
+    if away.max() > STRIDE:
+        return cells
+    return cells * np.minimum(1.0, p.body_radius / np.maximum(away, 1e-9))[:, None]
 
 
 def _discs(cells: np.ndarray, side: float) -> tuple[np.ndarray, float]:

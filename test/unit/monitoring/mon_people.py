@@ -39,6 +39,7 @@ def scene(stamp, *things, pose=(0.0, 0.0, 0.0)):
         id=np.array([t.id for t in things], int),
         x=x,
         P=np.broadcast_to(0.01 * np.eye(4), (n, 4, 4)),
+        told=x,
         offset=np.zeros((n, 2)),
         extent=turn @ extent @ turn.T,
         born=np.zeros(n),

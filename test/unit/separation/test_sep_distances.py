@@ -94,7 +94,7 @@ def test_shapes_grow_by_their_uncertainty_up_to_a_limit():
 
 
 def test_of_whom_no_speed_is_known_may_come_from_anywhere():
-    prediction = predict(people((3.0, 0.0, 1.0, 0.0), deviation=3.0), parameters())
+    prediction = predict(people((3.0, 0.0, 1.0, 0.0), deviation=3.0), parameters(max_growth=0.25))
     assert prediction.unknown.all() and not prediction.velocity.any()
     assert prediction.growth[0] == pytest.approx(0.25 + 1.6 * prediction.times)
 

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from safe_passage.separation import Level, Reason, RobotState, SeparationMonitor, no_obstacles
+from safe_passage.separation.prediction import predict
 from safe_passage.separation.zones import protective_distance
-from sep_people import BODY, LENGTH, assess, parameters, people
+from sep_people import BODY, CELL, LENGTH, WIDTH, assess, parameters, people
 
 AHEAD = (1.0, 0.0, 0.0)
 KEPT = 0.33  # [m] min_distance and robot_uncertainty
@@ -69,9 +70,7 @@ def test_a_command_that_is_no_number_stops(part, i):
     st.floats(-math.pi, math.pi), st.floats(0.75, 1.0), st.floats(0.0, 1.5), st.floats(0.1, 1.2),
     st.floats(0.0, 0.2),
 )  # fmt: skip
-def test_a_robot_can_always_drive_away_from_who_is_too_near(
-    bearing, distance, human, robot, deviation
-):
+def test_a_robot_can_drive_away_from_who_is_too_near(bearing, distance, human, robot, deviation):
     """A round one that can drive sideways, so that away is away whatever the bearing."""
     towards = np.array([math.cos(bearing), math.sin(bearing)])
     monitor = SeparationMonitor(parameters(footprint=(), robot_radius=0.4))
@@ -79,11 +78,23 @@ def test_a_robot_can_always_drive_away_from_who_is_too_near(
     command = (*(-robot * towards).tolist(), 0.0)
     found = monitor.assess(0.0, who, RobotState(), command)
     assume(found.present_distance < KEPT)
-    assert found.reason is Reason.ESCAPE
-    limited, found = monitor.limit(command)
-    assert math.hypot(*limited) >= min(robot, 0.3) - 0.012 * robot
     into = monitor.limit((*(robot * towards).tolist(), 0.0))[0]
     assert into == (0.0, 0.0, 0.0)
+    limited, found = monitor.limit(command)
+    if found.reason is not Reason.ESCAPE:
+        # he would walk into it all the same: it waits for him, and stands
+        assert limited == (0.0, 0.0, 0.0)
+        assert caught(found.present_distance, human, robot) < 0.02
+        return
+    assert math.hypot(*limited) >= min(robot, 0.3) - 0.012 * robot
+
+
+def caught(gap, human, robot, acceleration=0.5):
+    """[m] least distance to a robot that flees from standing for 3 s."""
+    t = np.arange(0.0, 3.0, 0.01)
+    rising = np.minimum(t, robot / acceleration)
+    fled = robot * t - (robot * rising - 0.5 * acceleration * rising**2)
+    return float((gap + fled - human * t).min())
 
 
 def test_the_way_out_of_a_person_who_stands_is_slow_and_turning_is_one():
@@ -101,8 +112,49 @@ def test_the_robot_does_not_creep_up_on_somebody():
         assert assess(who, (speed, 0.0, 0.0), (0.0,) * 3).scale == 0.0
 
 
-def test_a_follower_who_catches_up_does_not_stop_the_robot():
+def test_a_follower_who_would_be_there_before_it_has_braked_does_not_stop_the_robot():
     assert assess(people((-1.2, 0.0, 1.5, 0.0))).scale == 1.0
+
+
+@pytest.mark.parametrize(
+    "person",
+    [
+        (-2.6, 0.1, 1.1, 0.0),
+        (-2.2, -0.3, 1.4, 0.1),
+        (-0.7, -2.4, 0.25, 0.6),
+        (-1.5, 2.5, 0.6, -0.7),
+    ],
+)
+def test_who_walks_into_the_robot_from_behind_finds_it_standing(person):
+    monitor, command = SeparationMonitor(parameters()), (0.5, 0.0, 0.0)
+    x, speed = 0.0, 0.5
+    for k in range(300):
+        t = 0.05 * k
+        px, py, vx, vy = person
+        who = people((px + vx * t - x, py + vy * t, vx, vy))
+        monitor.assess(t, who, RobotState((speed, 0.0, 0.0)), command)
+        speed += np.clip(monitor.limit(command)[0][0] - speed, -0.03, 0.025)
+        x += 0.05 * speed
+        away = np.maximum(np.abs([px + vx * t - x, py + vy * t]) - [0.5 * LENGTH, 0.5 * WIDTH], 0.0)
+        if np.hypot(*away) < BODY:
+            assert speed < 0.05
+            return
+
+
+def test_a_foot_ahead_does_not_stay_there():
+    """He passes before the robot; one foot is half a step ahead of him."""
+    standing = people((2.0, 0.0, 0.0, 0.3))
+    foot = np.array([[2.0, 0.5]])
+    cells = [np.concatenate([standing.cells[0], foot])]
+    in_stride = type(standing)(**{**vars(standing), "cells": cells})
+    assert predict(in_stride, parameters()).radius[0] == pytest.approx(
+        0.3 + CELL * math.sqrt(0.5), abs=1e-9
+    )
+    cart = type(standing)(**{**vars(standing), "cells": [cells[0] + [[0.0, 0.4]]]})
+    assert predict(cart, parameters()).radius[0] > 0.9
+    still = type(in_stride)(**{**vars(in_stride), "moving": np.zeros(1, bool)})
+    everyone = parameters(stationary_obstacles=True)
+    assert predict(still, everyone).radius[0] == pytest.approx(0.5 + CELL * math.sqrt(0.5))
 
 
 def test_a_standing_robot_is_not_blocked_by_who_walks_past():
