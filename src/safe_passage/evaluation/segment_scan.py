@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 
 from safe_passage.core.errors import InputError, SafePassageError
-from safe_passage.core.reading import build, read_yaml
 from safe_passage.evaluation.parallel import Workers, run_jobs
+from safe_passage.scan_segmentation.configuration import read_configuration
 from safe_passage.scan_segmentation.organise import organise
 from safe_passage.scan_segmentation.parameters import RobotConfiguration, SegmentationParameters
 from safe_passage.scan_segmentation.picture import draw
@@ -72,21 +72,6 @@ def main(config: Path, arguments: Sequence[str] | None = None) -> int:
     for _, line in lines:
         print(line)
     return int(not all(well for well, _ in lines))
-
-
-def read_configuration(
-    file: Path,
-) -> tuple[dict[str, RobotConfiguration], SegmentationParameters]:
-    """Named robots and the parameters of a yaml file."""
-    values = read_yaml(file)
-    entries = values.get("robots")
-    if not isinstance(entries, dict) or not entries:
-        raise InputError(f"{file}: needs robots, by name")
-    robots = {
-        str(name): build(RobotConfiguration, entry, f"robots/{name}")
-        for name, entry in entries.items()
-    }
-    return robots, build(SegmentationParameters, values.get("parameters") or {}, "parameters")
 
 
 def segment_file(job: Job) -> tuple[bool, str]:

@@ -26,6 +26,8 @@ class Outcome(enum.Enum):
     EMPTY = "EMPTY"
     BAD_FIELDS = "BAD_FIELDS"
     NOT_FINITE = "NOT_FINITE"
+    NO_TURN = "NO_TURN"  # the rotating scanner stands
+    BROKEN_SWEEP = "BROKEN_SWEEP"  # its lines do not go on where the last ended
 
 
 class NodeDiagnostics:

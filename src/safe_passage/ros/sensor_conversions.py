@@ -57,7 +57,7 @@ def scan_ranges(scan: LaserScan) -> np.ndarray:
 
 def cloud_xyz(cloud: PointCloud2) -> np.ndarray:
     """Points (N, 3) float32 [m], the cloud's frame; raises UnusableMessageError."""
-    return refuse_nan(_stacked(_grid(cloud)))
+    return refuse_nan(_stacked(cloud_grid(cloud)))
 
 
 def sampled_xyz(cloud: PointCloud2, reach: float, spacing: float) -> np.ndarray:
@@ -65,7 +65,7 @@ def sampled_xyz(cloud: PointCloud2, reach: float, spacing: float) -> np.ndarray:
 
     reach: [m] from the sensor at which they do; nearer they are closer together.
     """
-    grid = _grid(cloud)
+    grid = cloud_grid(cloud)
     if 1 in grid.shape:
         return refuse_nan(_stacked(grid))
     height, width = grid.shape
@@ -83,15 +83,24 @@ def _pixel_step(line: np.ndarray, angle: float) -> int:
     return max(1, int(angle / gaps.max())) if len(gaps) else 1
 
 
-def _grid(cloud: PointCloud2) -> np.ndarray:
-    """View (H, W) with fields x, y, z of the cloud's bytes."""
+NUMBERS = dict(enumerate(("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8"), 1))  # of PointField
+
+
+def cloud_grid(cloud: PointCloud2, optional: tuple[str, ...] = ()) -> np.ndarray:
+    """View (H, W) with fields x, y, z of the cloud's bytes; raises UnusableMessageError.
+
+    optional: fields of any type that are in the view where the cloud has them.
+    """
     fields = {field.name: field for field in cloud.fields}
     for axis in "xyz":
         field = fields.get(axis)
         if field is None or field.datatype != PointField.FLOAT32:
             raise UnusableMessageError(Outcome.BAD_FIELDS, f"no float32 field {axis}")
-        if field.offset + 4 > cloud.point_step:
-            raise UnusableMessageError(Outcome.BAD_FIELDS, f"field {axis} outside the point")
+    names = [*"xyz", *(name for name in optional if name in fields)]
+    kinds = [NUMBERS.get(fields[name].datatype, "") for name in names]
+    for name, kind in zip(names, kinds):
+        if not kind or fields[name].offset + int(kind[1]) > cloud.point_step:
+            raise UnusableMessageError(Outcome.BAD_FIELDS, f"field {name} outside the point")
     shape = (cloud.height, cloud.width)
     if 0 in shape:
         raise UnusableMessageError(Outcome.EMPTY, "no points")
@@ -100,9 +109,9 @@ def _grid(cloud: PointCloud2) -> np.ndarray:
         raise UnusableMessageError(Outcome.BAD_FIELDS, f"{len(cloud.data)} bytes for {shape}")
     layout = np.dtype(
         {
-            "names": list("xyz"),
-            "formats": [">f4" if cloud.is_bigendian else "<f4"] * 3,
-            "offsets": [fields[axis].offset for axis in "xyz"],
+            "names": names,
+            "formats": [(">" if cloud.is_bigendian else "<") + kind for kind in kinds],
+            "offsets": [fields[name].offset for name in names],
             "itemsize": cloud.point_step,
         }
     )

@@ -8,7 +8,6 @@ import actionlib
 import numpy as np
 import rospy
 import tf2_ros
-from actionlib.server_goal_handle import ServerGoalHandle
 from geometry_msgs.msg import PoseStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
@@ -22,6 +21,7 @@ from safe_passage.costmap.costs import LETHAL_OBSTACLE
 from safe_passage.navigation import Navigator, NavigatorParameters, State
 from safe_passage.navigation.global_planner import GlobalPlanner
 from safe_passage.navigation.local_planner import Velocity
+from safe_passage.ros.actions import forget_goals, survive_clock_jumps
 from safe_passage.ros.clock import JumpDetector
 from safe_passage.ros.conversions import planar_pose, to_header
 from safe_passage.ros.costmap_node import CostmapNode
@@ -59,7 +59,7 @@ class SimpleNavigatorNode:
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._on_simple_goal, queue_size=1)
         rospy.on_shutdown(self._stop)
         self._server.start()
-        _survive_clock_jumps(self._server)
+        survive_clock_jumps(self._server)
         self._jumps = JumpDetector()
         rospy.loginfo(f"simple navigator waits for {rospy.resolve_name('map')} and for a goal")
 
@@ -154,8 +154,7 @@ class SimpleNavigatorNode:
         self._stop()
         if self._server.is_active():
             self._server.set_aborted(text="the clock went back")
-        self._server.current_goal = ServerGoalHandle()
-        self._server.next_goal = ServerGoalHandle()
+        forget_goals(self._server)
 
     def _pose_in_map(self, now: rospy.Time) -> Pose | None:
         base = self._costmap.base_frame
@@ -190,14 +189,6 @@ class SimpleNavigatorNode:
             self._server.set_succeeded(text=state.value)
         elif state is State.ABORTED:
             self._server.set_aborted(text=f"{state.value}, {State.WAITING.value}")
-
-
-def _survive_clock_jumps(server: actionlib.SimpleActionServer) -> None:
-    """actionlib's own timer ends for good when the clock goes back."""
-    inner = server.action_server
-    inner.status_timer.shutdown()
-    period = rospy.Duration.from_sec(1.0 / inner.status_frequency)
-    inner.status_timer = rospy.Timer(period, inner.publish_status_async, reset=True)
 
 
 def _stamped(pose: Pose, frame: str, stamp: rospy.Time) -> PoseStamped:

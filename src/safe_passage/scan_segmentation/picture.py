@@ -27,7 +27,7 @@ ABOVE = 0.6  # [m] over the robot from which on nothing is drawn: ceilings hide 
 
 def draw(found: Segmentation, shapes: Pictured, title: str) -> np.ndarray:
     """(720, W, 3) uint8 BGR."""
-    top, view = _from_above(found), _view(found, shapes)
+    top, view = from_above(found), _view(found, shapes)
     both = np.hstack([top, np.full((HEIGHT, 8, 3), 255, np.uint8), view])
     bar = np.full((70, both.shape[1], 3), 255, np.uint8)
     _text(bar, title, (10, 26), 0.65)
@@ -39,7 +39,8 @@ def draw(found: Segmentation, shapes: Pictured, title: str) -> np.ndarray:
     return np.vstack([bar, both])
 
 
-def _from_above(found: Segmentation) -> np.ndarray:
+def from_above(found: Segmentation) -> np.ndarray:
+    """(720, W, 3) uint8 BGR: the map for the robot's centre, doors and stairs."""
     colours = found.drivable
     image = BGR[colours.cells].copy()
     beside = (colours.cells == Colour.RED) & (found.basic.cells != Colour.RED)

@@ -39,7 +39,7 @@ def read_cloud(file: Path) -> Cloud:
     table = _read_numbers(file)
     remission = table[None, :, 3] if table.shape[1] > 3 else None
     points = _from_3dtk(table[:, :3]) if ending == ".3d" else table[:, :3]
-    return Cloud(_without_returns_at_zero(points[None]), remission, (0.0, 0.0, 0.0))
+    return Cloud(without_returns_at_zero(points[None]), remission, (0.0, 0.0, 0.0))
 
 
 def _read_with_pcl(file: Path) -> Cloud:
@@ -47,10 +47,10 @@ def _read_with_pcl(file: Path) -> Cloud:
         points, remission, origin = kernels.read_cloud(str(file))
     except (RuntimeError, MemoryError, ValueError) as error:
         raise InputError(f"{file}: {error}".replace(f"{file}: {file}", str(file))) from None
-    return Cloud(_without_returns_at_zero(points), remission, origin)
+    return Cloud(without_returns_at_zero(points), remission, origin)
 
 
-def _without_returns_at_zero(points: np.ndarray) -> np.ndarray:
+def without_returns_at_zero(points: np.ndarray) -> np.ndarray:
     """Some drivers write 0, 0, 0 where nothing was met."""
     return np.where((points == 0.0).all(axis=-1)[..., None], np.nan, points)
 

@@ -237,5 +237,5 @@ def test_the_configuration_names_what_is_wrong(tmp_path):
     with pytest.raises(ParameterError, match="widht"):
         read_configuration(tmp_path / "a.yaml")
     (tmp_path / "b.yaml").write_text("parameters: {}\n")
-    with pytest.raises(InputError, match="robots"):
+    with pytest.raises(ParameterError, match="robots"):
         read_configuration(tmp_path / "b.yaml")
