@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+import actionlib
 import numpy as np
 import rospy
 import tf2_ros
 from sensor_msgs.msg import PointCloud2
-from std_srvs.srv import Trigger
 
 from safe_passage.evaluation.segmentation_places import garage, hallway
+from safe_passage.msg import ScanSegmentation, SegmentScanAction, SegmentScanGoal
 from safe_passage.ros.conversions import to_header, to_transform
 from safe_passage.ros.scan_conversions import to_scan_cloud, unit
 from safe_passage.scan_segmentation.assembling import Assembled
@@ -41,14 +42,16 @@ def main() -> None:
     publisher = rospy.Publisher("rotating_scan/points", PointCloud2, queue_size=1, latch=True)
     publisher.publish(cloud)
     rospy.loginfo(f"{args.what}: {cloud.height} lines of {cloud.width} points on {publisher.name}")
-    service = rospy.ServiceProxy("scan_segmentation_server/segment_latest", Trigger)
-    service.wait_for_service()
+    client = actionlib.SimpleActionClient(
+        "scan_segmentation_server/segment_scan", SegmentScanAction
+    )
+    client.wait_for_server()
     while not rospy.is_shutdown():
-        answer = service()
-        rospy.loginfo(answer.message)
-        if "no cloud on" not in answer.message:
-            break
-        rospy.sleep(0.5)  # the server has not read it yet
+        client.send_goal_and_wait(SegmentScanGoal(cloud=cloud))
+        answer = client.get_result().segmentation
+        rospy.loginfo(answer.text)
+        if answer.reason != ScanSegmentation.NO_TF:
+            break  # else the server has not heard of the frame yet
     rospy.spin()
 
 

@@ -22,7 +22,7 @@ from safe_passage.scan_segmentation.writing import BGR, BOX, boxes
 WHITE = to_colour((1.0, 1.0, 1.0), 1.0)
 LIGHT = np.array([0.3, -0.4, 0.86])  # where it comes from: shapes without shades cannot be read
 OVER = 0.02  # [m] that the ground's triangles are drawn over the cloud's points
-LETTERS = 0.30  # [m]
+LETTERS = 0.36  # [m]
 YELLOW = to_colour((1.0, 0.95, 0.3), 1.0)
 
 
@@ -56,7 +56,7 @@ def plane_markers(header: Header, planes: Planes) -> MarkerArray:
 
 
 def segment_markers(header: Header, planes: Planes) -> MarkerArray:
-    """Line segments, in their planes' colours; grey: of none."""
+    """Line segments, a colour for each plane before validation; grey: of none."""
     segments = planes.segments
     marker = _marker(header, "segments", 0, Marker.LINE_LIST, WHITE)
     marker.scale.x = 0.01
