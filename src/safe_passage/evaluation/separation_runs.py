@@ -225,7 +225,7 @@ def obstacles_of(snapshot: Snapshot) -> Obstacles:
     tracks, which = snapshot.tracks, snapshot.confirmed
     return Obstacles(
         tracks.id[which],
-        tracks.place[which],
+        tracks.position[which],
         tracks.course[which],
         tracks.P[which],
         tracks.moving[which],
@@ -267,7 +267,7 @@ def _track_of(snapshot: Snapshot, person: PersonState, base: Base) -> tuple[floa
     which = np.flatnonzero(snapshot.confirmed)
     to_base = inverse(base.pose)
     at = np.array(compose(to_base, (person.x, person.y, 0.0))[:2])
-    away = np.hypot(*(tracks.place[which] - at).T)
+    away = np.hypot(*(tracks.position[which] - at).T)
     if not len(which) or away.min() > 0.8:
         return (np.nan,) * 5
     i = int(which[away.argmin()])

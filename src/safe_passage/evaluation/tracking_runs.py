@@ -130,7 +130,7 @@ def told(snapshot: Snapshot, fresh_cycles: int) -> Told:
     which = snapshot.confirmed
     return Told(
         tracks.id[which],
-        tracks.place[which] @ turn + (x, y),
+        tracks.position[which] @ turn + (x, y),
         tracks.course[which] @ turn,
         tracks.moving[which],
         tracks.misses[which] <= fresh_cycles,

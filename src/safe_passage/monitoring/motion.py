@@ -14,6 +14,7 @@ from safe_passage.core.geometry import Pose, rotation
 
 Array = np.ndarray
 MEMORY = 1.0  # [s] over which a velocity is averaged, at most
+SWING = 0.5  # [m/s] of legs, at most; who strays farther from his average has turned
 
 
 def transition(dt: float) -> Array:
@@ -79,25 +80,25 @@ def update(x: Array, P: Array, z: Array, R: Array, age: Array) -> tuple[Array, A
     return better, covariance
 
 
-def without_swing(told: Array, seen: Array, count: Array, dt: float, way: float) -> Array:
-    """(N, 4) states averaged over about the last `way` [m], and at most over MEMORY.
+def without_swing(mean: Array, velocity: Array, count: Array, dt: float, way: float) -> Array:
+    """(N, 2) [m/s] velocities averaged over about the last `way` [m], and at most over MEMORY.
 
-    Scanners at the height of ankles see legs that swing: place and velocity of what they see go to
-    and fro with each step, about 0.1 m and 0.3 m/s for somebody who walks evenly.
+    Scanners at the height of ankles see legs that swing: the velocity of what they see goes to and
+    fro with each step, by about 0.3 m/s for somebody who walks evenly.
 
     Args:
-        told: (N, 4) [m, m/s] the same averages dt [s] ago, carried on until now.
-        seen: (N, 4) [m, m/s] states now.
-        count: (N,) states that the averages were made of.
+        mean: (N, 2) [m/s] the same averages dt [s] ago.
+        velocity: (N, 2) [m/s] now.
+        count: (N,) velocities that the averages were made of.
     """
     if dt <= 0.0:
-        return told
-    speed = np.maximum(np.hypot(*told[:, 2:].T), np.hypot(*seen[:, 2:].T))
+        return mean
+    speed = np.maximum(np.hypot(*mean.T), np.hypot(*velocity.T))
     memory = np.maximum(np.minimum(way / np.maximum(speed, 1e-6), MEMORY), dt)
-    first = 1.0 / (count + 1.0)
-    # a place that is averaged for as long lags behind who turns
-    share = np.stack([np.maximum(2.0 * dt / memory, first), np.maximum(dt / memory, first)], axis=1)
-    return told + np.repeat(np.minimum(share, 1.0), 2, axis=1) * (seen - told)
+    share = np.maximum(dt / memory, 1.0 / (count + 1.0))
+    swing = (1.0 - share[:, None]) * (mean - velocity)
+    swing *= np.minimum(1.0, SWING / np.maximum(np.hypot(*swing.T), 1e-9))[:, None]
+    return velocity + swing
 
 
 def squared_mahalanobis(offset: Array, covariance: Array) -> Array:

@@ -81,7 +81,7 @@ def places_of(snapshot: Snapshot) -> Places:
     cells = Ragged(placed(snapshot.shapes.values, pose), snapshot.shapes.start)
     size = np.sqrt(12.0 * np.trace(tracks.extent, axis1=1, axis2=2))
     velocity = tracks.course @ rotation(pose[2]).T
-    return Places(placed(tracks.place, pose), velocity, cells, size)
+    return Places(placed(tracks.position, pose), velocity, cells, size)
 
 
 def match(look: Look, places: Places, fits: np.ndarray, gate: float) -> list[int]:

@@ -145,12 +145,11 @@ class ObstacleTracker:
         turn = rotation(-motion[2])
         origin = (tracks.origin - motion[:2]) @ turn.T
         extent = turn @ tracks.extent @ turn.T
-        offset = tracks.offset @ turn.T
-        place = (tracks.place + dt * tracks.course - motion[:2]) @ turn.T
+        offset, course = tracks.offset @ turn.T, tracks.course @ turn.T
         return tracks.with_(
             x=x,
             P=P,
-            told=np.concatenate([place, tracks.course @ turn.T], axis=1),
+            course=course,
             origin=origin,
             extent=extent,
             offset=offset,
@@ -158,12 +157,9 @@ class ObstacleTracker:
         )
 
     def _steadied(self, tracks: Tracks, dt: float) -> Tracks:
-        """Told without the swing of the legs; what stands is told as it is seen."""
-        seen = np.concatenate([tracks.position, tracks.velocity], axis=1)
-        cycles = tracks.hits + tracks.misses
-        told = without_swing(tracks.told, seen, cycles, dt, self._p.averaged_way)
-        told[:, :2] = np.where(tracks.moving[:, None], told[:, :2], tracks.position)
-        return tracks.with_(told=told)
+        cycles, way = tracks.hits + tracks.misses, self._p.averaged_way
+        course = without_swing(tracks.course, tracks.velocity, cycles, dt, way)
+        return tracks.with_(course=course)
 
     def _drop_lost(
         self,

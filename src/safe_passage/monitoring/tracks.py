@@ -24,7 +24,7 @@ class Tracks:
     id: np.ndarray  # (N,) int, from 1, never used twice
     x: np.ndarray  # (N, 4) [m, m/s] position and velocity over ground
     P: np.ndarray  # (N, 4, 4) covariance
-    told: np.ndarray  # (N, 4) [m, m/s] position and velocity without the swing of the legs
+    course: np.ndarray  # (N, 2) [m/s] velocity without the swing of the legs, as it is told
     offset: np.ndarray  # (N, 2) [m]
     origin: np.ndarray  # (N, 2) [m] where the point was when the track began
     extent: np.ndarray  # (N, 2, 2) [m^2] second moment of the cells
@@ -52,16 +52,6 @@ class Tracks:
     def velocity(self) -> np.ndarray:
         """(N, 2) [m/s] over ground, as the filter has it."""
         return self.x[:, 2:]
-
-    @property
-    def place(self) -> np.ndarray:
-        """(N, 2) [m] position as it is told: of who walks the body's, not that of the legs."""
-        return self.told[:, :2]
-
-    @property
-    def course(self) -> np.ndarray:
-        """(N, 2) [m/s] velocity over ground as it is told."""
-        return self.told[:, 2:]
 
     def keep(self, which: np.ndarray) -> Tracks:
         """Those of the mask `which` (N,)."""
@@ -104,7 +94,7 @@ def new_tracks(
         np.arange(first_id, first_id + count),
         x,
         P,
-        x.copy(),
+        np.zeros((count, 2)),
         np.zeros((count, 2)),
         features.position.copy(),
         features.extent,

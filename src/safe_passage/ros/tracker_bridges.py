@@ -79,6 +79,6 @@ def _told(snapshot: Snapshot, mask: np.ndarray):
     tracks = snapshot.tracks
     which = np.flatnonzero(snapshot.confirmed & mask)
     x, y, yaw = snapshot.pose
-    at = placed(tracks.place[which], (x, y, yaw))
+    at = placed(tracks.position[which], (x, y, yaw))
     velocity = placed(tracks.course[which], (0.0, 0.0, yaw))
     return zip(which.tolist(), tracks.id[which].tolist(), at.tolist(), velocity.tolist())

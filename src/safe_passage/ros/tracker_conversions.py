@@ -34,7 +34,7 @@ def to_tracks(
             column[snapshot.confirmed].tolist()
             for column in (
                 tracks.id, snapshot.stamp - tracks.born, tracks.misses == 0, tracks.moving,
-                tracks.place, tracks.course, tracks.P.reshape(-1, 16), tracks.height,
+                tracks.position, tracks.course, tracks.P.reshape(-1, 16), tracks.height,
                 tracks.counts, persons.labelled, persons.probability,
             )
         ),

@@ -64,7 +64,7 @@ class TrackerMarkers:
     def _remember(self, snapshot: Snapshot) -> None:
         tracks = snapshot.tracks
         which = snapshot.confirmed & tracks.moving
-        places = placed(tracks.place[which], snapshot.pose)
+        places = placed(tracks.position[which], snapshot.pose)
         now = dict(zip(tracks.id[which].tolist(), places.tolist()))
         self._paths = {number: path for number, path in self._paths.items() if number in now}
         for number, at in now.items():
@@ -93,7 +93,7 @@ def _arrows_and_labels(header: Header, snapshot: Snapshot) -> list[Marker]:
     """For a moving track, the way of the next second in white; beside it id and speed."""
     tracks, markers = snapshot.tracks, []
     for i in np.flatnonzero(snapshot.confirmed & tracks.moving).tolist():
-        number, at, velocity = int(tracks.id[i]), tracks.place[i], tracks.course[i]
+        number, at, velocity = int(tracks.id[i]), tracks.position[i], tracks.course[i]
         speed = float(np.hypot(*velocity))
         if speed > STILL:
             arrow = to_marker(header, "velocity", number, Marker.ARROW, to_colour(WHITE, 1.0))

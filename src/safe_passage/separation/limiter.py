@@ -155,7 +155,8 @@ class _Judge:
         self._motion = motion
         plain = self._brake + table.growth
         # [m] less counts as a touch; but a robot in touch may leave
-        self._clear = np.minimum(p.clearance, plain[:, 0] - p.tolerance)
+        half = 0.5 * plain[:, 0]
+        self._clear = np.where(half > 0.0, np.minimum(p.clearance, half), -np.inf)
         # who is touched before half of its speed is gone had better get away
         self._braking_helps = bool(np.all(plain[:, times < courses.half_speed] > 0.0))
 

@@ -101,7 +101,8 @@ def predict(obstacles: Obstacles, p: SeparationParameters) -> Prediction:
     growth[unknown] += p.human_speed * times
     velocity = np.where(unknown[:, None], 0.0, chosen.velocity)
     around = [cells - place for cells, place in zip(chosen.cells, chosen.position)]
-    bodies = [_body(own, p) if walks else own for own, walks in zip(around, chosen.moving)]
+    body = max(p.body_radius - chosen.resolution * math.sqrt(0.5), 0.0)
+    bodies = [_body(own, body) if walks else own for own, walks in zip(around, chosen.moving)]
     shapes = [_discs(own, chosen.resolution) for own in bodies]
     lengths = [len(points) for points, _ in shapes]
     start = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
@@ -140,15 +141,15 @@ def _largest_variance(S: np.ndarray) -> np.ndarray:
     return np.maximum(mean + half, 0.0)
 
 
-def _body(cells: np.ndarray, p: SeparationParameters) -> np.ndarray:
-    """`cells` (N, 2) [m] around a place, of a walker no farther from it than his body reaches.
+def _body(cells: np.ndarray, radius: float) -> np.ndarray:
+    """`cells` (N, 2) [m] around a place, of a walker no farther from it than `radius` [m].
 
     Scanners see feet, which swing half a step before and behind the body.
     """
     away = np.hypot(cells[:, 0], cells[:, 1])
     if away.max() > STRIDE:
         return cells
-    return cells * np.minimum(1.0, p.body_radius / np.maximum(away, 1e-9))[:, None]
+    return cells * np.minimum(1.0, radius / np.maximum(away, 1e-9))[:, None]
 
 
 def _discs(cells: np.ndarray, side: float) -> tuple[np.ndarray, float]:
