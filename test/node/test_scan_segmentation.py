@@ -406,8 +406,10 @@ class ScanSegmentationTest(unittest.TestCase):
         self.assertGreater(len(result.planes), 4)
 
     def test_13_goes_on_after_the_clock_went_back(self):
+        self.assertTrue(self.ask(self.garage())[1].success)
         type(self).now = 10.0
         self.advance()
+        self.assert_nothing_drawn(ScanSegmentation.NO_CLOUD)
         self.clouds("points", 2)
         self.assertTrue(self.ask(self.garage())[1].success)
 
@@ -416,12 +418,18 @@ class ScanSegmentationTest(unittest.TestCase):
         name = "restarted"
         rospy.set_param(name, rospy.get_param(SERVER))
         latest = f"{name}/segment_latest"
+        drawn = []
+        rospy.Subscriber(f"{name}/markers", MarkerArray, drawn.append)
         for _ in range(2):
+            drawn.clear()
             node = subprocess.Popen([path, f"__name:={name}"])
             try:
                 wait_until(self.news, lambda: answers(latest), "the service", self.advance)
                 answer = rospy.ServiceProxy(latest, Trigger)()
                 self.assertIn("no cloud on", answer.message)
+                # what another life of it left on a screen is taken away
+                wait_until(self.news, lambda: drawn, "markers", self.advance)
+                self.assertEqual(drawn[0].markers[0].action, Marker.DELETEALL)
             finally:
                 node.terminate()
                 node.wait(20.0)

@@ -132,6 +132,7 @@ class ScanSegmentationNode:
         self._server = actionlib.SimpleActionServer(
             "~segment_scan", SegmentScanAction, self._on_goal, auto_start=False
         )
+        self._forget("no scan was segmented yet")
         self._server.start()
         survive_clock_jumps(self._server)
         rospy.Service("~segment_latest", Trigger, self._on_trigger)
@@ -205,7 +206,7 @@ class ScanSegmentationNode:
     ) -> ScanSegmentation:
         """What is published and answered."""
         begun, name = time.monotonic(), ""
-        header = Header(stamp=rospy.Time.now(), frame_id=self._p.level_frame or "scanner")
+        header = self._header()
         self._shown = None
         try:
             name, box = robot()
@@ -240,6 +241,15 @@ class ScanSegmentationNode:
             progress,
             lambda planes: self._outputs.planes(placed.header, planes),
         )
+
+    def _forget(self, why: str) -> None:
+        """Take away what is drawn, also by this node before it was started anew."""
+        self._shown = None
+        self._outputs.failure(self._header(), ScanSegmentation.NO_CLOUD, why, "")
+
+    def _header(self) -> Header:
+        """Of what is said of no cloud."""
+        return Header(stamp=rospy.Time.now(), frame_id=self._p.level_frame or "scanner")
 
     def _refuse(self, header: Header, reason: int, text: str, name: str) -> ScanSegmentation:
         rospy.logwarn(f"no result: {text}")
@@ -291,7 +301,9 @@ class ScanSegmentationNode:
 
     def _restart(self) -> None:
         rospy.logwarn("the clock went back: the last cloud, goals and tf are forgotten")
-        self._latest = None
+        with self._work:
+            self._latest = None
+            self._forget("the clock went back")
         self._input.restart()
         self._tf.clear()
         if not self._server.is_active():
