@@ -18,7 +18,7 @@ from safe_passage.ros.scan_conversions import to_scan_cloud, unit
 from safe_passage.scan_segmentation.assembling import Assembled
 from safe_passage.scan_segmentation.organise import organise
 from safe_passage.scan_segmentation.reading import read_cloud
-from safe_passage.scan_segmentation.scan import Level, OrganisedScan
+from safe_passage.scan_segmentation.scan import Level, OrganisedScan, axis_rotation
 from safe_passage.simulation.scan_scene import Scanner, scan_place
 
 PLACES = {"garage": garage, "hallway": hallway}
@@ -59,7 +59,15 @@ def _scan(args: argparse.Namespace) -> OrganisedScan:
     if args.what in PLACES:
         scanner = Scanner(position=(0.0, 0.0, HEIGHT), pitch=args.pitch)
         return scan_place(PLACES[args.what](), scanner, SEED)[0]
-    return organise(read_cloud(Path(args.what)), unit(args.up), args.axis and unit(args.axis))
+    cloud = read_cloud(Path(args.what))
+    return about_z(organise(cloud, unit(args.up), args.axis and unit(args.axis)))
+
+
+def about_z(scan: OrganisedScan) -> OrganisedScan:
+    """The same in a frame with z along the axis and its origin in the scanner."""
+    R = axis_rotation(scan.axis)
+    points = ((scan.points - np.array(scan.origin)) @ R.T).astype(np.float32)
+    return OrganisedScan(points, scan.beta, scan.remission, up=unit(R @ np.array(scan.up)))
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import textwrap
+
 import cv2
 import numpy as np
 import rospy
@@ -30,7 +32,7 @@ from safe_passage.scan_segmentation.picture import from_above
 from safe_passage.scan_segmentation.visualisation import pictured
 from safe_passage.scan_segmentation.writing import grey_values
 
-WIDTH = 60  # letters in a line of a refusal's picture
+WIDTH = 28  # letters in a line of a refusal's picture
 
 
 class SegmentationOutputs:
@@ -100,9 +102,9 @@ def _grey_cloud(header: Header, found: Segmentation) -> PointCloud2:
 
 def _words(text: str) -> np.ndarray:
     """(H, W, 3) picture of a refusal."""
-    lines = ["no result:", *(text[i : i + WIDTH] for i in range(0, len(text), WIDTH))]
-    image = np.full((40 + 30 * len(lines), 40 + 11 * WIDTH, 3), 255, np.uint8)
+    lines = ["NO RESULT", *textwrap.wrap(text, WIDTH)]
+    image = np.full((40 + 30 * len(lines), 20 + 12 * WIDTH, 3), 255, np.uint8)
     for i, line in enumerate(lines):
-        at = (20, 40 + 30 * i)
-        cv2.putText(image, line, at, cv2.FONT_HERSHEY_SIMPLEX, 0.55, (40, 40, 200), 1, cv2.LINE_AA)
+        at = (15, 40 + 30 * i)
+        cv2.putText(image, line, at, cv2.FONT_HERSHEY_SIMPLEX, 0.6, (40, 40, 200), 2, cv2.LINE_AA)
     return image

@@ -7,6 +7,7 @@ import pytest
 from safe_passage.core.errors import InputError, ParameterError
 from safe_passage.msg import RobotConfiguration as RobotMessage
 from safe_passage.msg import ScanSegmentation
+from safe_passage.ros.replay_scan_node import about_z
 from safe_passage.ros.scan_conversions import (
     from_robot,
     from_scan_cloud,
@@ -20,7 +21,7 @@ from safe_passage.ros.sensor_conversions import UnusableMessageError
 from safe_passage.scan_segmentation import OrganisedScan, Reason, RobotConfiguration
 from safe_passage.scan_segmentation.assembling import Assembled
 from safe_passage.scan_segmentation.basic_map import Colour, ColourMap
-from safe_passage.scan_segmentation.scan import Level
+from safe_passage.scan_segmentation.scan import Level, line_images
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
@@ -130,3 +131,13 @@ def test_poses_stand_upright_in_a_tilted_scanners_frame():
     x, y, z, w = (getattr(pose.orientation, name) for name in "xyzw")
     upward = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
     np.testing.assert_allclose(upward, tilted.up, atol=1e-9)
+
+
+def test_a_replayed_scan_turns_about_z_of_its_frame():
+    axis, origin = unit((0.3, 1.0, 0.2)), (0.5, -0.2, 0.1)
+    about = OrganisedScan(scan().points, scan().beta, None, axis, origin, unit((0.0, 0.5, 1.0)))
+    turned = about_z(about)
+    for before, after in zip(line_images(about), line_images(turned)):
+        np.testing.assert_allclose(after, before, atol=1e-5)  # what lines are found in
+    heights = [Level.of(one).points(one.points)[..., 2] for one in (about, turned)]
+    np.testing.assert_allclose(heights[1], heights[0], atol=1e-5)
