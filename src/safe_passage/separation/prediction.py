@@ -12,6 +12,7 @@ from safe_passage.core.geometry import Pose, rotation
 from safe_passage.separation.parameters import SeparationParameters
 
 SPARSE = 3  # steps between two moments beyond the horizon
+STANDS = 0.1  # [m/s] slower is standing; carried on for seconds, noise would come near
 STRIDE = 0.6  # [m] from its place a moving thing that reaches farther is no walker
 MOST_CELLS = 32  # of an obstacle; a larger one is looked at in larger cells
 
@@ -78,7 +79,7 @@ class Prediction:
     id: np.ndarray  # (N,)
     times: np.ndarray  # (T,) [s] from now, the first is 0; beyond the horizon only for stops
     centre: np.ndarray  # (N, 2) [m] now
-    velocity: np.ndarray  # (N, 2) [m/s]; 0 where it is not known
+    velocity: np.ndarray  # (N, 2) [m/s]; 0 where it is not known, or next to nothing
     growth: np.ndarray  # (N, T) [m] by which the shape is enlarged
     unknown: np.ndarray  # (N,) bool: may come from anywhere, so it grows at human speed
     discs: np.ndarray  # (M, 3) [m] place from the centre and radius, one obstacle behind the other
@@ -99,7 +100,8 @@ def predict(obstacles: Obstacles, p: SeparationParameters) -> Prediction:
     unknown = (spread > p.max_speed_deviation) | p.worst_case
     growth = np.minimum(p.sigmas * position_deviation(P, times, p.agility), p.max_growth)
     growth[unknown] += p.human_speed * times
-    velocity = np.where(unknown[:, None], 0.0, chosen.velocity)
+    stands = unknown | (np.hypot(*chosen.velocity.T) < STANDS)
+    velocity = np.where(stands[:, None], 0.0, chosen.velocity)
     around = [cells - place for cells, place in zip(chosen.cells, chosen.position)]
     body = max(p.body_radius - chosen.resolution * math.sqrt(0.5), 0.0)
     bodies = [_body(own, body) if walks else own for own, walks in zip(around, chosen.moving)]

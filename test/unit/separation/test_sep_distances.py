@@ -11,7 +11,7 @@ from safe_passage.monitoring.motion import process_noise, transition
 from safe_passage.separation import Part, RobotState, SeparationMonitor, no_obstacles
 from safe_passage.separation.distances import exact, make_table, nearest_along
 from safe_passage.separation.limiter import Courses
-from safe_passage.separation.prediction import carried_on, position_deviation, predict
+from safe_passage.separation.prediction import STANDS, carried_on, position_deviation, predict
 from safe_passage.separation.robot_motion import make_shape, plan_motion
 from sep_people import BODY, LENGTH, WIDTH, assess, parameters, people
 
@@ -151,6 +151,7 @@ def test_bounds_never_hide_the_nearest(given_states, command):
     found = nearest_along(prediction, poses, shape)
     least, present = np.inf, np.inf
     for i, (x, y, vx, vy) in enumerate(given_states):
+        vx, vy = (vx, vy) if math.hypot(vx, vy) >= STANDS else (0.0, 0.0)
         for k, t in enumerate(prediction.times):
             cells = people((x + vx * t, y + vy * t, 0, 0)).cells[0]
             in_robot = (cells - poses[k, :2]) @ rotation(poses[k, 2])
@@ -200,3 +201,9 @@ def test_carried_on_is_the_same_seen_later(given_states, age, motion):
     found = after.covariance[0]
     turn = np.kron(np.eye(2), rotation(motion[2]))
     assert turn @ found @ turn.T == pytest.approx(expected, abs=1e-9)
+
+
+def test_who_hardly_moves_stands():
+    """Carried on for 3 s the noise of a thing that stands would hold a robot beside it."""
+    slow = predict(people((1.0, 1.0, 0.06, -0.06), (2.0, 0.0, 0.3, 0.0)), parameters())
+    assert slow.velocity == pytest.approx(np.array([[0.0, 0.0], [0.3, 0.0]]))
