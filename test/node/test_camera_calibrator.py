@@ -1,0 +1,185 @@
+#!/usr/bin/env python3
+"""Node camera_calibrator: the camera's pose against truth, refusals, preemption, lost inputs."""
+
+import os
+import sys
+import tempfile
+import threading
+import unittest
+from pathlib import Path
+
+import actionlib
+import numpy as np
+import rospy
+import rostest
+import yaml
+from actionlib_msgs.msg import GoalStatus
+from arm_world import ARM, box_arm
+from geometry_msgs.msg import Point, Quaternion
+from node_testing import TIMEOUT, Diagnostics, output_of_refusal, wait_until
+from safe_passage.evaluation.calibration_trials import errors
+from safe_passage.msg import CalibrateCameraAction, CalibrateCameraGoal
+from safe_passage.ros.conversions import from_transform
+from sensor_msgs.msg import PointCloud2
+
+NAME = "/robot1/camera_calibrator"
+SHOWN = "before/sensor", "before/reference", "after/sensor", "after/reference"
+POSES = 4
+PATIENCE = rospy.Duration(4 * TIMEOUT)
+
+
+class CameraCalibratorTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.news = threading.Condition()
+        cls.shown, cls.feedback = {}, []
+        cls.diagnostics = Diagnostics(NAME, cls.news)
+        for name in SHOWN:
+            rospy.Subscriber(f"{NAME}/{name}", PointCloud2, cls.note, name)
+        cls.world = box_arm()
+        cls.thread = threading.Thread(target=cls.world.run, daemon=True)
+        cls.thread.start()
+        cls.client = actionlib.SimpleActionClient(f"{NAME}/calibrate", CalibrateCameraAction)
+        assert cls.client.wait_for_server(rospy.Duration(TIMEOUT))
+        cls.folder = tempfile.TemporaryDirectory()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.world.stop()
+        cls.thread.join()
+        cls.folder.cleanup()
+
+    @classmethod
+    def note(cls, message, name):
+        with cls.news:
+            cls.shown[name] = message
+            cls.news.notify_all()
+
+    def setUp(self):
+        self.world.without.clear()
+        self.output = Path(self.folder.name) / self.id().rsplit(".", 1)[-1]
+
+    def ask(self, **values):
+        """A goal's result and how it ended."""
+        self.send(**values)
+        self.assertTrue(self.client.wait_for_result(PATIENCE), str(self.diagnostics))
+        return self.client.get_result(), self.client.get_state()
+
+    def send(self, **values):
+        def note(feedback):
+            with self.news:
+                self.feedback.append(feedback)
+                self.news.notify_all()
+
+        self.feedback.clear()
+        goal = CalibrateCameraGoal(
+            **{"poses": POSES, "timeout": 60.0, "output_folder": str(self.output), **values}
+        )
+        self.client.send_goal(goal, feedback_cb=note)
+
+    def assert_refused(self, verdict, *words, **values):
+        result, state = self.ask(**values)
+        self.assertEqual(result.verdict, verdict, result.why)
+        self.assertFalse(result.success)
+        self.assertEqual(state, GoalStatus.ABORTED)
+        for word in words:
+            self.assertIn(word, result.why)
+        self.assertFalse(self.output.exists() and os.listdir(self.output))
+
+    def test_1_without_a_model_it_names_the_parameter(self):
+        self.assert_refused("NO_INPUT", "/robot1/robot_description")
+        rospy.set_param("robot_description", "<robot")
+        self.assert_refused("NO_INPUT", "/robot1/robot_description")
+        rospy.set_param("robot_description", ARM)
+
+    def test_2_the_camera_is_where_it_is(self):
+        result, state = self.ask()
+        self.assertTrue(result.success, result.why)
+        self.assertEqual(state, GoalStatus.SUCCEEDED)
+        self.assertEqual(result.transform.header.frame_id, self.world.root)
+        self.assertEqual(result.transform.child_frame_id, self.world.frame)
+        shift, turn = errors(from_transform(result.transform), self.world.T_root_camera)
+        self.assertLess(shift, 0.005)
+        self.assertLess(turn, np.radians(0.4))
+        self.assertLess(result.rms, 0.007)
+        self.assertEqual(len(result.pose_rms), POSES)
+        self.assertEqual(len(result.eigenvalues), 6)
+        self.assertTrue(result.weakest)
+        self.assertEqual({Path(one).name for one in result.files}, set(os.listdir(self.output)))
+        written = yaml.safe_load((self.output / "camera.yaml").read_text())
+        self.assertAlmostEqual(
+            written["translation"]["x"], result.transform.transform.translation.x, places=5
+        )
+        self.assertLessEqual({"waiting", "calibrating"}, {one.stage for one in self.feedback})
+        self.assertGreater(max(one.valid_share for one in self.feedback), 0.5)
+        wait_until(
+            self.news,
+            lambda: all(name in self.shown and self.shown[name].width > 500 for name in SHOWN),
+            lambda: f"clouds: { {name: one.width for name, one in self.shown.items()} }",
+        )
+        self.assertEqual(self.shown["after/sensor"].header.frame_id, self.world.root)
+        self.assertEqual(self.shown["before/sensor"].header.frame_id, "calibration_before")
+
+    def test_3_a_camera_that_looks_away_gives_no_result(self):
+        result, state = self.ask(
+            guess_given=True, guess=pose(1.2, 0.5, 5.0, Quaternion(0.0, 0.0, 0.0, 1.0))
+        )
+        self.assertFalse(result.success, result.why)
+        self.assertIn(result.verdict, ("NOT_SEEN", "NOT_CONVERGED", "FEW_INLIERS"))
+        self.assertEqual(state, GoalStatus.ABORTED)
+        self.assertFalse(os.listdir(self.output))
+        self.assertEqual(list(result.files), [])
+
+    def test_4_goals_that_make_no_sense(self):
+        self.assert_refused("BAD_GOAL", "must be absolute", output_folder="here")
+        self.assert_refused("BAD_GOAL", "/proc/nowhere", output_folder="/proc/nowhere")
+        wrong = pose(1.0, 0.0, 0.0, Quaternion(0.0, 0.0, 0.0, 0.0))
+        self.assert_refused("BAD_GOAL", "guess", guess_given=True, guess=wrong)
+
+    def test_5_a_lost_input_is_named(self):
+        for lost, words in (
+            ("joints", ("/robot1/joint_states", "joint a")),
+            ("image", ("/robot1/depth/image_rect",)),
+        ):
+            self.world.without = {lost}
+            self.assert_refused("NO_INPUT", *words)
+            self.world.without = set()
+        self.world.without = {"tf"}
+        # what tf knew is older than the images by now
+        wait_until(self.news, self.no_guess, lambda: "a refusal without tf", lambda: None)
+
+    def no_guess(self):
+        result, _ = self.ask(poses=1, timeout=0.2)
+        return result.verdict == "NO_GUESS" and self.world.frame in result.why
+
+    def test_6_an_arm_that_is_held_in_too_few_poses(self):
+        self.assert_refused("TOO_FEW_POSES", "of 4 poses", timeout=1.0)
+
+    def test_7_preempted_while_it_waits(self):
+        self.send(poses=50)
+        wait_until(
+            self.news,
+            lambda: any(one.poses > 0 for one in self.feedback),
+            lambda: f"a pose; {self.diagnostics}",
+        )
+        self.client.cancel_goal()
+        self.assertTrue(self.client.wait_for_result(PATIENCE))
+        self.assertEqual(self.client.get_state(), GoalStatus.PREEMPTED)
+        self.assertEqual(self.client.get_result().verdict, "CANCELLED")
+        self.assertFalse(os.listdir(self.output))
+
+    def test_8_wrong_parameters(self):
+        for i, (name, value) in enumerate((("poses", "0"), ("method", "NDT"), ("arm", "1"))):
+            output = output_of_refusal("camera_calibrator", f"_{name}:={value}", f"__name:=no_{i}")
+            self.assertIn(f"parameter /robot1/no_{i}/{name}", output)
+
+
+def pose(x, y, z, turn):
+    goal = CalibrateCameraGoal().guess
+    goal.position, goal.orientation = Point(x, y, z), turn
+    return goal
+
+
+if __name__ == "__main__":
+    rospy.init_node("test_camera_calibrator", disable_rostime=True)
+    rostest.rosrun("safe_passage", "test_camera_calibrator", CameraCalibratorTest, sys.argv)
