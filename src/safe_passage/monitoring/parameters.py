@@ -98,7 +98,7 @@ class TrackerParameters:
     alignment_noise: float = 0.17  # [m] of a displacement of which a cell loses one cell of overlap
     alignment_overlap: float = 0.8  # share of cells that must lie on each other
 
-    averaged_way: float = 0.3  # [m] over which the velocity that is told is averaged
+    averaged_way: float = 0.2  # [m] over which the velocity that is told is averaged
     moving_speed: float = 0.3  # [m/s] slower tracks are stationary (5)
     moving_significance: float = 1.0  # squared Mahalanobis distance of the velocity from 0
     moving_distance: float = 0.4  # [m] a track must have left its place by
