@@ -6,6 +6,7 @@ rosrun safe_passage arm_world.py iiwa
 
 import sys
 import threading
+from pathlib import Path
 
 import numpy as np
 import rospy
@@ -17,30 +18,18 @@ from safe_passage.simulation.arm_scene import FLOOR, ArmScene, at, looking_at, r
 from safe_passage.simulation.arms import find_urdf
 from safe_passage.simulation.robots import CameraModel
 from safe_passage.simulation.sensors import measured_depth
-from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "worlds"))
+from box_arm import ARM, POSES, T_ROOT_CAMERA, off
 
 TICK = 0.05  # s of simulated time between images
 RATE = 0.04  # s of wall time between them
 HOLD = 24  # images of a pose
 IMAGES = 6  # of a pose that differ
 OPTICAL = "camera_depth_optical_frame"
-ARM = """<robot name="arm">
-  <link name="foot"><visual><geometry><box size="0.3 0.2 0.1"/></geometry></visual></link>
-  <link name="upper">
-    <visual><origin xyz="0 0 0.25"/><geometry><box size="0.12 0.16 0.5"/></geometry></visual>
-  </link>
-  <link name="fore">
-    <visual><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.1 0.14"/></geometry></visual>
-  </link>
-  <joint name="a" type="continuous">
-    <parent link="foot"/><child link="upper"/><axis xyz="0 0 1"/></joint>
-  <joint name="b" type="continuous"><parent link="upper"/><child link="fore"/>
-    <origin xyz="0 0 0.5"/><axis xyz="0 1 0"/></joint>
-</robot>"""
-POSES = [(0.2, -0.4), (1.6, 0.7), (-1.2, -1.0), (0.9, 0.3), (-0.4, 0.5)]
 IIWA = "pybullet_data/kuka_iiwa/model.urdf"
 IIWA_POSES = [
     (0.3, 0.6, 0.2, -1.2, 0.1, 0.8, 0.0),
@@ -57,6 +46,7 @@ class ArmWorld:
     def __init__(self, model, poses, T_root_camera, T_guess, prefix, clock=True):
         """T_guess: where tf has the camera, which is at T_root_camera."""
         self.without = set()  # names of what is not published
+        self.begin = 1000.0  # s of the clock's first tick
         self.model, self.T_root_camera = model, T_root_camera
         self.root, self.frame = prefix + model.root, prefix + OPTICAL
         self._prefix, self._T_guess, self._clock = prefix, T_guess, clock
@@ -88,7 +78,7 @@ class ArmWorld:
 
     def _tick(self):
         self._ticks += 1
-        stamp = rospy.Time.from_sec(1000.0 + TICK * self._ticks)
+        stamp = rospy.Time.from_sec(self.begin + TICK * self._ticks)
         if self._clock:
             self._clock_pub.publish(stamp)
         else:
@@ -122,18 +112,9 @@ class ArmWorld:
         ]
 
 
-def off(T, translation, degrees):
-    """T (4, 4) off by so much."""
-    guess = T.copy()
-    turn = Rotation.from_rotvec(np.radians(degrees) * np.array([0.6, 0.8, 0]))
-    guess[:3, :3] = T[:3, :3] @ turn.as_matrix()
-    guess[:3, 3] += translation * np.array([0.0, 0.6, 0.8])
-    return guess
-
-
 def box_arm(T_tf_error=(0.08, 8.0)):
     """Of boxes, of the namespace robot1."""
-    T = looking_at(np.array([1.2, 0.5, 0.9]), np.array([0.0, 0.0, 0.35]))
+    T = T_ROOT_CAMERA
     return ArmWorld(load_robot_model(ARM, {}), POSES, T, off(T, *T_tf_error), "robot1/")
 
 

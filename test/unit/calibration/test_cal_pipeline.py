@@ -4,26 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from box_arm import ARM, CAMERA, POSES, off
+from box_arm import T_ROOT_CAMERA as T_TRUE
 from safe_passage.calibration import ArmCalibrator, ArmView, CalibrationParameters, Verdict
 from safe_passage.calibration.arm_surface import ArmSurface
-from safe_passage.robot_model import PinholeCamera, RobotModel, load_robot_model
-from safe_passage.simulation.arm_scene import looking_at
+from safe_passage.robot_model import RobotModel, load_robot_model
 from scipy.spatial.transform import Rotation
 
-CAMERA = PinholeCamera(320, 240, 260.0, 260.0, 159.5, 119.5)
-ARM = """<robot name="arm">
-  <link name="foot"><visual><geometry><box size="0.3 0.2 0.1"/></geometry></visual></link>
-  <link name="upper">
-    <visual><origin xyz="0 0 0.25"/><geometry><box size="0.12 0.16 0.5"/></geometry></visual>
-  </link>
-  <link name="fore">
-    <visual><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.1 0.14"/></geometry></visual>
-  </link>
-  <joint name="a" type="continuous">
-    <parent link="foot"/><child link="upper"/><axis xyz="0 0 1"/></joint>
-  <joint name="b" type="continuous"><parent link="upper"/><child link="fore"/>
-    <origin xyz="0 0 0.5"/><axis xyz="0 1 0"/></joint>
-</robot>"""
 POLE = """<robot name="pole">
   <link name="foot"/>
   <link name="pole">
@@ -32,7 +19,6 @@ POLE = """<robot name="pole">
   <joint name="a" type="continuous">
     <parent link="foot"/><child link="pole"/><axis xyz="0 0 1"/></joint>
 </robot>"""
-T_TRUE = looking_at(np.array([1.2, 0.5, 0.9]), np.array([0.0, 0.0, 0.35]))
 
 
 def views(model: RobotModel, joints: list[dict[str, float]]) -> list[ArmView]:
@@ -42,22 +28,13 @@ def views(model: RobotModel, joints: list[dict[str, float]]) -> list[ArmView]:
     return [ArmView(np.minimum(d, np.float32(3.0)), q) for d, q in zip(depths, joints)]
 
 
-def off(translation: float, degrees: float) -> np.ndarray:
-    T = T_TRUE.copy()
-    T[:3, :3] = (
-        T[:3, :3] @ Rotation.from_rotvec(np.radians(degrees) * np.array([0.6, 0.8, 0])).as_matrix()
-    )
-    T[:3, 3] += translation * np.array([0.0, 0.6, 0.8])
-    return T
-
-
-JOINTS = [{"a": 0.2, "b": -0.4}, {"a": 1.6, "b": 0.7}, {"a": -1.2, "b": -1.0}]
+JOINTS = [{"a": a, "b": b} for a, b in POSES[:3]]
 
 
 def test_the_cameras_pose_is_found_from_a_bad_guess() -> None:
     model = load_robot_model(ARM, {})
     calibrator = ArmCalibrator(model, CAMERA, CalibrationParameters())
-    result = calibrator.calibrate(views(model, JOINTS), off(0.08, 8.0))
+    result = calibrator.calibrate(views(model, JOINTS), off(T_TRUE, 0.08, 8.0))
     assert result.verdict is Verdict.OK, result.why
     np.testing.assert_allclose(result.T_root_camera[:3, 3], T_TRUE[:3, 3], atol=2e-3)
     turn = Rotation.from_matrix(T_TRUE[:3, :3].T @ result.T_root_camera[:3, :3]).magnitude()
@@ -73,7 +50,7 @@ def test_the_cameras_pose_is_found_from_a_bad_guess() -> None:
 def test_a_round_pole_leaves_its_axis_undetermined() -> None:
     model = load_robot_model(POLE, {})
     result = ArmCalibrator(model, CAMERA, CalibrationParameters()).calibrate(
-        views(model, [{"a": 0.0}]), off(0.01, 1.0)
+        views(model, [{"a": 0.0}]), off(T_TRUE, 0.01, 1.0)
     )
     assert result.verdict in (Verdict.UNOBSERVABLE, Verdict.NOT_CONVERGED)
     assert result.observability is not None
@@ -86,7 +63,9 @@ def test_an_arm_that_is_elsewhere_is_no_result() -> None:
     model = load_robot_model(ARM, {})
     seen = views(model, JOINTS)
     wrong = [ArmView(view.depth, q) for view, q in zip(seen, JOINTS[1:] + JOINTS[:1])]
-    result = ArmCalibrator(model, CAMERA, CalibrationParameters()).calibrate(wrong, off(0.02, 2.0))
+    result = ArmCalibrator(model, CAMERA, CalibrationParameters()).calibrate(
+        wrong, off(T_TRUE, 0.02, 2.0)
+    )
     assert result.verdict is not Verdict.OK
     assert result.verdict.value in result.why
 

@@ -5,29 +5,14 @@ import sys
 import numpy as np
 import pytest
 import yaml
+from box_arm import ARM, CAMERA, POSES, T_ROOT_CAMERA
 from safe_passage.calibration.arm_surface import ArmSurface
 from safe_passage.core.errors import InputError
-from safe_passage.robot_model import PinholeCamera, load_robot_model
+from safe_passage.robot_model import load_robot_model
 from safe_passage.ros.calibrate_camera import main
-from safe_passage.simulation.arm_scene import looking_at
 from scipy.spatial.transform import Rotation
 
-CAMERA = PinholeCamera(320, 240, 260.0, 260.0, 159.5, 119.5)
-T_ROOT_CAMERA = looking_at(np.array([1.2, 0.5, 0.9]), np.array([0.0, 0.0, 0.35]))
 INFO = {"width": 320, "height": 240, "k": [260.0, 0, 159.5, 0, 260.0, 119.5, 0, 0, 1]}
-ARM = """<robot name="arm">
-  <link name="foot"><visual><geometry><box size="0.3 0.2 0.1"/></geometry></visual></link>
-  <link name="upper">
-    <visual><origin xyz="0 0 0.25"/><geometry><box size="0.12 0.16 0.5"/></geometry></visual>
-  </link>
-  <link name="fore">
-    <visual><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.1 0.14"/></geometry></visual>
-  </link>
-  <joint name="a" type="continuous">
-    <parent link="foot"/><child link="upper"/><axis xyz="0 0 1"/></joint>
-  <joint name="b" type="continuous"><parent link="upper"/><child link="fore"/>
-    <origin xyz="0 0 0.5"/><axis xyz="0 1 0"/></joint>
-</robot>"""
 
 
 @pytest.fixture
@@ -35,7 +20,7 @@ def recording(tmp_path):
     """Three poses of the arm, without noise."""
     (tmp_path / "arm.urdf").write_text(ARM)
     surface = ArmSurface(load_robot_model(ARM, {}), CAMERA)
-    for pose, (a, b) in enumerate([(0.2, -0.4), (1.6, 0.7), (-1.2, -1.0)]):
+    for pose, (a, b) in enumerate(POSES[:3]):
         depth = surface.depth({"a": a, "b": b}, T_ROOT_CAMERA)
         np.save(tmp_path / f"depth_{pose}.npy", np.minimum(depth, np.float32(3.0)))
         np.save(tmp_path / f"joint_states_{pose}.npy", [a, b])
