@@ -11,7 +11,13 @@ import numpy as np
 from safe_passage.evaluation.hough_lines import agreement, hough_segments
 from safe_passage.evaluation.parallel import Workers, run_jobs
 from safe_passage.evaluation.segmentation_places import garage, hallway, random_case, room
-from safe_passage.evaluation.segmentation_trials import ROBOT, Trial, TrialJob, judge_trial
+from safe_passage.evaluation.segmentation_trials import (
+    ROBOT,
+    Trial,
+    TrialJob,
+    judge_trial,
+    plane_errors,
+)
 from safe_passage.scan_segmentation import OrganisedScan, ScanSegmenter, SegmentationParameters
 from safe_passage.scan_segmentation.lines import find_segments
 from safe_passage.scan_segmentation.scan import line_images
@@ -52,8 +58,10 @@ def run(quick: bool = False) -> list[dict]:
         *times(SIZES_QUICK if quick else SIZES),
         *lines(scenes[1]),
         *planes(scenes),
+        *named(scenes),
         *ground(scenes, GROUNDS_QUICK if quick else GROUNDS),
         *random_rooms(TRIALS_QUICK if quick else TRIALS),
+        *upright_rooms((TRIALS_QUICK if quick else TRIALS) // 2),
     ]
 
 
@@ -148,6 +156,18 @@ def _say(scene: Scene, method: str, found: Found) -> None:
     print(f"| {scene.name} | {method} | {found.seconds:.3f} | {count} | {normal} | {offset} |")
 
 
+def named(scenes: list[Scene]) -> list[dict]:
+    """The worst plane of the room, the garage and the hallway."""
+    found = [(scene, ScanSegmenter().segment(scene.scan, ROBOT).planes) for scene in scenes]
+    errors = [plane_errors(s.place, s.scanner, own, s.which) for s, own in found]
+    normal = np.concatenate([one.normal for one in errors])
+    offset = np.concatenate([one.offset for one in errors])
+    return [
+        metric("named_scenes_normal_error_deg", float(normal.max()), "deg"),
+        metric("named_scenes_offset_error_mm", float(offset.max()), "mm"),
+    ]
+
+
 def ground(scenes: list[Scene], rooms: int) -> list[dict]:
     """Ground points against truth, ours and Patchwork++'s."""
     cases = [random_case(number, SEED + 1) for number in range(rooms)]
@@ -201,6 +221,22 @@ def random_rooms(count: int) -> list[dict]:
         metric("false_drivable_cells", sum(t.false_cells for t in done), "cells", "= 0"),
         metric("drivable_cells", drivable, "cells"),
         metric("false_fit_share", sum(t.false_fits for t in done) / max(drivable, 1), ""),
+    ]
+
+
+def upright_rooms(count: int) -> list[dict]:
+    """Doors whose frames run along the scan lines: how well such a scan can tell their width."""
+    jobs = [TrialJob(number, SEED, upright=True) for number in range(count)]
+    trials = run_jobs(judge_trial, jobs, WORKERS, "rooms, upright scanner")
+    widths = 1e3 * np.array([trial.found_width - trial.width for trial in trials])
+    too_wide = [t.says_passable and not t.passable for t in trials]
+    right = [trial.is_right for trial in trials if not trial.is_close(FINE_CELL)]
+    return [
+        metric("upright_door_falsely_passable", sum(too_wide), "doors", "= 0"),
+        metric("upright_door_right_share", _mean(right), ""),
+        metric(
+            "upright_door_width_error_p95_mm", float(np.nanpercentile(np.abs(widths), 95)), "mm"
+        ),
     ]
 
 

@@ -1,8 +1,10 @@
 """Random rooms with doors, clutter and pits: what the segmentation says of them, with a margin."""
 
+import math
+
 import numpy as np
 import pytest
-from safe_passage.evaluation.segmentation_trials import TrialJob, judge_trial
+from safe_passage.evaluation.segmentation_trials import ROBOT, TrialJob, judge_trial
 
 SEED = 4100  # another than the benchmark's
 FINE_CELL = 0.01  # [m]
@@ -32,6 +34,17 @@ def test_doors_are_judged_right(trials):
     assert np.abs(errors).max() < 0.03
     passable = [trial for trial in decided if trial.passable]
     assert np.mean([trial.map_passes for trial in passable]) > 0.7
+
+
+def test_a_door_whose_frame_runs_along_the_scan_lines_is_never_said_to_be_wider_than_it_is():
+    trials = [judge_trial(TrialJob(number, SEED, upright=True)) for number in range(16)]
+    assert [t.number for t in trials if t.says_passable and not t.passable] == []
+    assert [t.number for t in trials if t.map_passes and not t.passable] == []
+    assert all(t.least_width <= t.width for t in trials)
+    between_lines = 2 * math.pi / 430 * 5.0  # [m] at the farthest door
+    assert all(abs(t.found_width - t.width) < between_lines for t in trials)
+    wide = [t for t in trials if t.width > ROBOT.width + 2 * between_lines]
+    assert len(wide) > 3 and all(t.says_passable for t in wide)
 
 
 def test_planes_are_accurate(trials):

@@ -21,7 +21,7 @@ from safe_passage.scan_segmentation import (
 from safe_passage.scan_segmentation.pipeline import Planes
 from safe_passage.scan_segmentation.planes import Plane
 from safe_passage.scan_segmentation.traversability import fine_map, orientations
-from safe_passage.simulation.scan_scene import Place, Scanner, scan_place
+from safe_passage.simulation.scan_scene import Place, Scanner, scan_place, upright
 
 ROBOT = RobotConfiguration(length=1.2, width=0.85, height=1.4)
 LEAST_AREA = 1.0  # [m^2] of a plane whose accuracy is judged
@@ -47,6 +47,7 @@ class Trial:
     refused: str  # reason, empty: it was segmented
     width: float  # [m] of the door
     found_width: float = math.nan  # [m], NaN: not found
+    least_width: float = math.nan  # [m] that the door surely has
     says_passable: bool = False  # the door does
     map_passes: bool = False  # drivable cells lead through
     false_cells: int = 0  # drivable where truth has a wall, a thing or a hole
@@ -75,11 +76,14 @@ class TrialJob:
 
     number: int
     seed: int
+    upright: bool = False  # the scanner turns about the vertical: lines run along door frames
 
 
 def judge_trial(job: TrialJob) -> Trial:
     """Segments one random place and holds it against the truth."""
     case = random_case(job.number, job.seed)
+    if job.upright:
+        case = replace(case, scanner=upright(case.scanner))
     scan, which = scan_place(case.place, case.scanner, job.number + job.seed)
     door = case.place.doors[0]
     try:
@@ -87,12 +91,13 @@ def judge_trial(job: TrialJob) -> Trial:
     except SegmentationError as error:
         return Trial(job.number, error.reason.name, door.width)
     false_cells, false_fits, drivable = judge_map(case, found)
-    width, passable = _door(case, found)
+    width, least, passable = _door(case, found)
     return Trial(
         job.number,
         "",
         door.width,
         width,
+        least,
         passable,
         leads_through(case, found.drivable),
         false_cells,
@@ -168,11 +173,11 @@ def leads_through(case: Case, colours: ColourMap) -> bool:
     return bool(before & behind)
 
 
-def _door(case: Case, found: Segmentation) -> tuple[float, bool]:
-    """Width of the found door that lies in the true one, and whether it says passable."""
+def _door(case: Case, found: Segmentation) -> tuple[float, float, bool]:
+    """Width and least width of the door found in the true one, and whether it says passable."""
     true = case.place.doors[0]
     for door in found.doors:
         x, y = in_world(case.scanner, np.array([door.middle[:2]]))[0]
         if abs(x - true.x) < 0.3 + true.thickness and abs(y - true.y) < 0.3:
-            return door.width, bool(door.passable_by)
-    return math.nan, False
+            return door.width, door.least_width, bool(door.passable_by)
+    return math.nan, math.nan, False

@@ -46,6 +46,8 @@ def to_result(header: Header, found: Segmentation, robot: str, text: str) -> Sca
             door.width,
             door.height,
             door.thickness,
+            door.least_width,
+            door.least_height,
             list(door.passable_by),
         )
         for door in found.doors

@@ -98,7 +98,7 @@ def _doors(header: Header, found: Segmentation) -> list[Marker]:
         line = _marker(header, "doors", 2 * k, Marker.LINE_STRIP, YELLOW)
         line.pose, line.scale.x, line.points = pose, 0.04, _points(frame)
         said = f"for {', '.join(door.passable_by)}" if door.passable_by else "too small"
-        text = f"door {door.width:.2f} m\n{said}"
+        text = f"door {door.said_width}\n{said}"
         markers += [line, _text(header, "doors", 2 * k + 1, pose, text, found, high + 0.35)]
     return markers
 

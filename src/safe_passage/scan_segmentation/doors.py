@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Mapping
 
 import numpy as np
@@ -18,11 +18,13 @@ BODY = (0.15, 1.7)  # [m] over the ground at which a door is open, and the wall 
 SILL = 0.40  # [m] beams must go through lower than this: a window's do not
 LEAST_HEIGHT = 1.5  # [m]
 BEHIND = 0.5  # [m] beyond the wall: the beam went through; a closed door's does not
+PAST = 0.05  # [m] beyond the wall's face: the beam passed its edge, if only to the frame's side
 STEP = 0.05  # [m] in which open places are counted
 OPEN_SHARE = 0.7  # of the width through which beams went
 DEEP = 0.7  # [m] of a frame
 BESIDE = 0.04  # [m] of a frame's points from the opening's edge
 WALL = 0.05  # [m] of a wall's points from its plane
+APART = 0.04  # [m] between the bounds of a width, from which on both are told
 UPRIGHT = 0.1  # sine of a wall to the vertical
 
 
@@ -32,15 +34,25 @@ class Door:
 
     middle: tuple[float, float, float]  # [m] on the ground, in the wall's face
     yaw: float  # [rad] of the way through, away from the scanner
-    width: float  # [m]
-    height: float  # [m], inf: nothing above was seen
+    width: float  # [m] halfway between what beams passed and what they met
+    height: float  # [m] likewise, inf: nothing above was seen
     thickness: float  # [m] of the frame, NaN: not seen
+    least_width: float  # [m] through which beams passed: it is not narrower
+    least_height: float  # [m] likewise
     passable_by: tuple[str, ...] = ()  # names of configurations
 
+    @property
+    def said_width(self) -> str:
+        """For people: one figure, or both bounds where they are apart."""
+        most = 2.0 * self.width - self.least_width
+        if most - self.least_width < APART:
+            return f"{self.width:.2f} m"
+        return f"{self.least_width:.2f} to {most:.2f} m"
 
-def fits_through(door_width: float, door_height: float, robot: RobotConfiguration) -> bool:
-    """Whether a robot passes that stands straight."""
-    return door_width >= 2.0 * robot.box[1] and door_height >= robot.clearance
+
+def fits_through(door: Door, robot: RobotConfiguration) -> bool:
+    """Whether a robot that stands straight surely passes."""
+    return door.least_width >= 2.0 * robot.box[1] and door.least_height >= robot.clearance
 
 
 def find_doors(
@@ -61,9 +73,9 @@ def find_doors(
             continue
         offset = float(valid.plane.distance(level.origin))
         for door in _in_wall(points, height, own == k, normal, offset, survey):
-            names = tuple(n for n, r in robots.items() if fits_through(door.width, door.height, r))
+            names = tuple(name for name, robot in robots.items() if fits_through(door, robot))
             if not any(_same(door, other) for other in found):
-                found.append(Door(**{**door.__dict__, "passable_by": names}))
+                found.append(replace(door, passable_by=names))
     return found
 
 
@@ -75,36 +87,61 @@ def _in_wall(
     offset: float,
     survey: Survey,
 ) -> list[Door]:
-    """Openings between points of the wall through which beams went near the floor."""
+    """Openings between points of the wall through which beams went near the floor.
+
+    An edge lies between the last beam that met the wall and the first that passed it: as far apart
+    as two lines of the scan where these run along the edge.
+    """
     across = np.array([-normal[1], normal[0], 0.0]) / math.hypot(normal[0], normal[1])
     off = points @ normal + offset
     standing = on_wall & (height > BODY[0]) & (height < BODY[1])
     u_wall = np.sort(points[standing] @ across)
-    beyond = off < -BEHIND
-    through = points[beyond] * (offset / (offset - off[beyond]))[:, None]
-    u_through = through @ across
-    v_through = through[:, 2] - survey.ground.z(through[:, :2])
-    low = (v_through > -0.05) & (v_through < BODY[1])
+    beams = _past(points, off, offset, across, survey)
+    u = points @ across
     gaps = np.flatnonzero((np.diff(u_wall) > WIDTHS[0]) & (np.diff(u_wall) < WIDTHS[1]))
     found = []
     for i in gaps:
         left, right = float(u_wall[i]), float(u_wall[i + 1])
-        inside = low & (u_through > left) & (u_through < right)
-        bins = np.unique(np.floor((u_through[inside] - left) / STEP))
-        if len(bins) < OPEN_SHARE * (right - left) / STEP or v_through[inside].min() > SILL:
+        inside = (beams.u > left) & (beams.u < right)
+        low = inside & (beams.v < BODY[1])
+        through = low & beams.far
+        bins = np.unique(np.floor((beams.u[through] - left) / STEP))
+        if len(bins) < OPEN_SHARE * (right - left) / STEP or beams.v[through].min() > SILL:
             continue
         edge_points = np.abs(off) < WALL
-        u = points @ across
         over = edge_points & (u > left + 0.1) & (u < right - 0.1) & (height > 0.5)
         if (over & (height < LEAST_HEIGHT)).sum() > 5:  # something closes it
             continue
         top = float(np.percentile(height[over], 1.0)) if over.sum() >= 5 else math.inf
         depth = _thickness(u, off, height, left, right, top)
-        base = across * 0.5 * (left + right) - normal * offset
+        first, last = float(beams.u[low].min()), float(beams.u[low].max())
+        highest = float(beams.v[inside & (beams.v < top)].max())
+        base = across * 0.25 * (left + first + last + right) - normal * offset
         z = float(survey.ground.z(base[None, :2])[0])
         yaw = math.atan2(-normal[1], -normal[0])
-        found.append(Door((float(base[0]), float(base[1]), z), yaw, right - left, top, depth))
+        width, least = 0.5 * (right - left + last - first), last - first
+        middle = (float(base[0]), float(base[1]), z)
+        found.append(Door(middle, yaw, width, 0.5 * (top + highest), depth, least, highest))
     return found
+
+
+@dataclass(frozen=True)
+class _Beams:
+    """Those that passed a wall's face, where they did."""
+
+    u: np.ndarray  # (N,) [m] along the wall
+    v: np.ndarray  # (N,) [m] over the ground
+    far: np.ndarray  # (N,) bool: they went on far behind it
+
+
+def _past(
+    points: np.ndarray, off: np.ndarray, offset: float, across: np.ndarray, survey: Survey
+) -> _Beams:
+    beyond = off < -PAST
+    at = points[beyond] * (offset / (offset - off[beyond]))[:, None]
+    v = at[:, 2] - survey.ground.z(at[:, :2])
+    over = v > -PAST
+    return _Beams(at[over] @ across, v[over], off[beyond][over] < -BEHIND)
 
 
 def _thickness(

@@ -63,7 +63,7 @@ def from_above(found: Segmentation) -> np.ndarray:
         across = 0.5 * door.width * np.array([-math.sin(door.yaw), math.cos(door.yaw)])
         middle = np.array(door.middle[:2])
         cv2.line(shrunk, pixel(*(middle - across)), pixel(*(middle + across)), WHITE, 2)
-        label = f"door {door.width:.2f} m" + ("" if door.passable_by else " (too small)")
+        label = f"door {door.said_width}" + ("" if door.passable_by else " (too small)")
         _text(shrunk, label, (pixel(*middle)[0] + 8, pixel(*middle)[1]), 0.45, WHITE)
     for flight in found.stairs:
         up = flight.steps * flight.run * np.array([math.cos(flight.yaw), math.sin(flight.yaw)])

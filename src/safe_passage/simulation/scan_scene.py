@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -99,9 +99,8 @@ class Scanner:
 
 
 def upright(scanner: Scanner) -> Scanner:
-    """The same about the vertical, from far down to a little up."""
-    values = {**scanner.__dict__, "pitch": -math.pi / 2, "alpha": (-1.3, 0.27)}
-    return Scanner(**values)
+    """The same about the vertical, from far down to a little up; the first line is ahead."""
+    return replace(scanner, pitch=-math.pi / 2, roll=-math.pi / 2, alpha=(-1.3, 0.27))
 
 
 def sides(block: Block) -> list[Patch]:
