@@ -37,8 +37,10 @@ class CameraCalibratorTest(unittest.TestCase):
         for name in SHOWN:
             rospy.Subscriber(f"{NAME}/{name}", PointCloud2, cls.note, name)
         cls.world = box_arm()
+        cls.world.without = {"info"}  # until the first test has been refused for it
         cls.thread = threading.Thread(target=cls.world.run, daemon=True)
         cls.thread.start()
+        wait_until(cls.news, rospy.get_time, "the clock", lambda: None)
         cls.client = actionlib.SimpleActionClient(f"{NAME}/calibrate", CalibrateCameraAction)
         assert cls.client.wait_for_server(rospy.Duration(TIMEOUT))
         cls.folder = tempfile.TemporaryDirectory()
@@ -56,8 +58,10 @@ class CameraCalibratorTest(unittest.TestCase):
             cls.news.notify_all()
 
     def setUp(self):
-        self.world.without.clear()
         self.output = Path(self.folder.name) / self.id().rsplit(".", 1)[-1]
+
+    def tearDown(self):
+        self.world.without = set()
 
     def ask(self, **values):
         """A goal's result and how it ended."""
@@ -86,11 +90,12 @@ class CameraCalibratorTest(unittest.TestCase):
             self.assertIn(word, result.why)
         self.assertFalse(self.output.exists() and os.listdir(self.output))
 
-    def test_1_without_a_model_it_names_the_parameter(self):
+    def test_1_without_model_or_camera_info_it_names_them(self):
         self.assert_refused("NO_INPUT", "/robot1/robot_description")
         rospy.set_param("robot_description", "<robot")
         self.assert_refused("NO_INPUT", "/robot1/robot_description")
         rospy.set_param("robot_description", ARM)
+        self.assert_refused("NO_INPUT", "/robot1/depth/camera_info")
 
     def test_2_the_camera_is_where_it_is(self):
         result, state = self.ask()
@@ -133,6 +138,8 @@ class CameraCalibratorTest(unittest.TestCase):
     def test_4_goals_that_make_no_sense(self):
         self.assert_refused("BAD_GOAL", "must be absolute", output_folder="here")
         self.assert_refused("BAD_GOAL", "/proc/nowhere", output_folder="/proc/nowhere")
+        result, _ = self.ask(output_folder="/proc")  # is there, and nothing can be made in it
+        self.assertEqual(result.verdict, "BAD_GOAL", result.why)
         wrong = pose(1.0, 0.0, 0.0, Quaternion(0.0, 0.0, 0.0, 0.0))
         self.assert_refused("BAD_GOAL", "guess", guess_given=True, guess=wrong)
 
@@ -143,7 +150,6 @@ class CameraCalibratorTest(unittest.TestCase):
         ):
             self.world.without = {lost}
             self.assert_refused("NO_INPUT", *words)
-            self.world.without = set()
         self.world.without = {"tf"}
         # what tf knew is older than the images by now
         wait_until(self.news, self.no_guess, lambda: "a refusal without tf", lambda: None)
@@ -155,20 +161,45 @@ class CameraCalibratorTest(unittest.TestCase):
     def test_6_an_arm_that_is_held_in_too_few_poses(self):
         self.assert_refused("TOO_FEW_POSES", "of 4 poses", timeout=1.0)
 
-    def test_7_preempted_while_it_waits(self):
-        self.send(poses=50)
+    def until_feedback(self, reached, what):
+        """Wait for a feedback of the last goal."""
         wait_until(
             self.news,
-            lambda: any(one.poses > 0 for one in self.feedback),
-            lambda: f"a pose; {self.diagnostics}",
+            lambda: any(map(reached, list(self.feedback))),
+            lambda: f"{what}; {self.diagnostics}",
         )
-        self.client.cancel_goal()
-        self.assertTrue(self.client.wait_for_result(PATIENCE))
-        self.assertEqual(self.client.get_state(), GoalStatus.PREEMPTED)
-        self.assertEqual(self.client.get_result().verdict, "CANCELLED")
-        self.assertFalse(os.listdir(self.output))
 
-    def test_8_wrong_parameters(self):
+    def assert_ended(self, state, verdict):
+        """The last goal ends so, and has written nothing."""
+        self.assertTrue(self.client.wait_for_result(PATIENCE))
+        result = self.client.get_result()
+        self.assertEqual(result.verdict, verdict, result.why)
+        self.assertEqual(self.client.get_state(), state)
+        self.assertFalse(self.output.is_dir() and os.listdir(self.output))
+
+    def test_7_cancelled(self):
+        for stage, poses in (("waiting", 50), ("calibrating", 3)):
+            self.send(poses=poses)
+            self.until_feedback(lambda one, at=stage: one.stage == at and one.poses > 0, stage)
+            self.client.cancel_goal()
+            self.assert_ended(GoalStatus.PREEMPTED, "CANCELLED")
+
+    def test_8_a_folder_that_is_gone_when_it_is_needed(self):
+        self.send()
+        self.until_feedback(lambda one: one.stage == "waiting", "waiting")
+        self.output.rmdir()
+        self.output.write_text("a file, where the folder was")
+        self.assert_ended(GoalStatus.ABORTED, "NOT_WRITTEN")
+
+    def test_9_a_clock_that_goes_back_ends_the_goal_and_the_next_works(self):
+        self.send(poses=50)
+        self.until_feedback(lambda one: one.poses > 0, "a pose")
+        self.world.begin -= 900.0
+        self.assert_ended(GoalStatus.ABORTED, "INTERRUPTED")
+        result, _ = self.ask()
+        self.assertTrue(result.success, result.why)
+
+    def test_9_wrong_parameters(self):
         for i, (name, value) in enumerate((("poses", "0"), ("method", "NDT"), ("arm", "1"))):
             output = output_of_refusal("camera_calibrator", f"_{name}:={value}", f"__name:=no_{i}")
             self.assertIn(f"parameter /robot1/no_{i}/{name}", output)
@@ -181,5 +212,5 @@ def pose(x, y, z, turn):
 
 
 if __name__ == "__main__":
-    rospy.init_node("test_camera_calibrator", disable_rostime=True)
+    rospy.init_node("test_camera_calibrator")  # goals are stamped by the simulated clock
     rostest.rosrun("safe_passage", "test_camera_calibrator", CameraCalibratorTest, sys.argv)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import Mapping, Sequence
+from typing import Callable, Mapping, Sequence
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -78,20 +78,28 @@ class ArmCalibrator:
         self._sketch = ArmSurface(model, camera, SKETCH_STEP, thin, SKETCH_STEP * p.edge_jump)
         self._outline = ArmSurface(model, camera, OUTLINE_STEP)
 
-    def calibrate(self, views: Sequence[ArmView], T_initial: np.ndarray) -> Calibration:
+    def calibrate(
+        self,
+        views: Sequence[ArmView],
+        T_initial: np.ndarray,
+        check: Callable[[], None] = lambda: None,
+    ) -> Calibration:
         """The camera's pose.
 
         Args:
             views: of the arm in one pose or, better, several.
             T_initial: (4, 4) T_root_camera, a guess.
+            check: called between registrations; what it raises ends the calibration.
         """
         p = self._p
         clouds = self._clouds(views)
-        T = self._start(views, T_initial) if p.start_search else T_initial
+        T = self._start(views, T_initial, check) if p.start_search else T_initial
         for distance in p.distances:
+            check()
             T = self._aligned(views, clouds, T, distance)
         settled = False
         for _ in range(p.rounds):
+            check()
             before, T = T, self._aligned(views, clouds, T, p.last_distance)
             settled = self._same(before, T)
             if settled:
@@ -108,7 +116,9 @@ class ArmCalibrator:
         for surface in (self._surface, self._sketch, self._outline):
             surface.close()
 
-    def _start(self, views: Sequence[ArmView], T_initial: np.ndarray) -> np.ndarray:
+    def _start(
+        self, views: Sequence[ArmView], T_initial: np.ndarray, check: Callable[[], None]
+    ) -> np.ndarray:
         """T_root_camera (4, 4) from which the registration converges, if from any."""
         p, outline = self._p, self._outline
         step = OUTLINE_STEP
@@ -129,6 +139,7 @@ class ArmCalibrator:
         found = []
         for T in starts:
             for distance in p.start_distances:
+                check()
                 T = self._laid(model(T), [_moved(T, one) for one in arm], T, distance)
             found.append((agreement(seen, drawn(T), p.start_agreement), T))
         return max(found, key=lambda one: one[0])[1]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -69,6 +71,24 @@ def as_yaml(result: Calibration, T: np.ndarray, parent: str, child: str) -> str:
     return yaml.safe_dump(values, sort_keys=False)
 
 
+def folder_for(text: str) -> Path:
+    """A folder, made now, that files can be made in.
+
+    Raises:
+        InputError: the path is not absolute, or no file can be made there.
+    """
+    folder = Path(text)
+    if not folder.is_absolute():
+        raise InputError(f"{text}: must be absolute")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise InputError(f"{text}: {error}") from None
+    return folder
+
+
 def write(
     result: Calibration, folder: Path, parent: str, child: str, child_is_optical: bool
 ) -> list[Path]:
@@ -80,17 +100,21 @@ def write(
 
     Raises:
         InputError: there is no result to be written.
+        OSError: it cannot be written; then nothing is.
     """
     if result.verdict is not Verdict.OK:
         raise InputError(f"nothing is written: {result.why}")
     T = result.T_root_camera
     T = T if child_is_optical else T @ np.linalg.inv(T_BODY_OPTICAL)
-    folder.mkdir(parents=True, exist_ok=True)
     contents = {
         "camera.yaml": as_yaml(result, T, parent, child),
         "camera.launch": launch(T, parent, child),
         "camera.urdf.xml": origin(T) + "\n",
     }
-    for name, text in contents.items():
-        (folder / name).write_text(text)
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder) as made:  # a full disk leaves all or nothing
+        for name, text in contents.items():
+            Path(made, name).write_text(text)
+        for name in contents:
+            os.replace(Path(made, name), folder / name)
     return [folder / name for name in contents]

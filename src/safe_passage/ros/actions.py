@@ -1,10 +1,24 @@
-"""What actionlib's server lacks: it does not live through a clock that goes back."""
+"""What goals are refused by, and what actionlib's server lacks: to live through clock jumps."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import actionlib
 import rospy
-from actionlib.server_goal_handle import ServerGoalHandle
+
+
+class RefusedError(Exception):
+    """Why a goal has no result.
+
+    Args:
+        reason: what the action's result calls it.
+        why: the same in a sentence.
+    """
+
+    def __init__(self, reason: Any, why: str) -> None:
+        super().__init__(why)
+        self.reason = reason
 
 
 def survive_clock_jumps(server: actionlib.SimpleActionServer) -> None:
@@ -16,6 +30,13 @@ def survive_clock_jumps(server: actionlib.SimpleActionServer) -> None:
 
 
 def forget_goals(server: actionlib.SimpleActionServer) -> None:
-    """After a clock jump: the server would take every new goal for older than the last."""
-    server.current_goal = ServerGoalHandle()
-    server.next_goal = ServerGoalHandle()
+    """After a clock jump: the server would refuse every new goal as older than the last one.
+
+    Or than the last that was cancelled. A goal that is being worked on is not ended by this.
+    """
+    inner = server.action_server
+    with inner.lock, server.lock:
+        inner.last_cancel = rospy.Time()
+        for handle in (server.current_goal, server.next_goal):
+            if handle.get_goal():
+                handle.get_goal_id().stamp = rospy.Time()

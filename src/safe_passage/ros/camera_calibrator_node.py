@@ -12,11 +12,11 @@ import numpy as np
 import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
-from sensor_msgs.msg import CameraInfo, Image, JointState
+from sensor_msgs.msg import Image
 
 from safe_passage.calibration import ArmCalibrator, ArmView, Calibration, Verdict
 from safe_passage.calibration.collecting import PoseCollector
-from safe_passage.calibration.writers import write
+from safe_passage.calibration.writers import folder_for, write
 from safe_passage.core.depth_image import metres
 from safe_passage.core.errors import InputError
 from safe_passage.core.reading import build
@@ -26,21 +26,18 @@ from safe_passage.msg import (
     CalibrateCameraGoal,
     CalibrateCameraResult,
 )
-from safe_passage.robot_model import JointHistory, PinholeCamera, RobotModel, load_robot_model
-from safe_passage.ros.actions import forget_goals, survive_clock_jumps
+from safe_passage.robot_model import JointHistory, PinholeCamera, RobotModel
+from safe_passage.ros.actions import RefusedError, forget_goals, survive_clock_jumps
+from safe_passage.ros.arm_inputs import ArmInputs, described_robot
 from safe_passage.ros.calibration_outputs import CalibrationOutputs, to_result
 from safe_passage.ros.calibrator_parameters import CalibratorNodeParameters
-from safe_passage.ros.clock import JumpDetector
 from safe_passage.ros.conversions import from_transform
-from safe_passage.ros.depth_conversions import from_camera_info, from_depth_image
-from safe_passage.ros.diagnostics import NodeDiagnostics, Outcome
-from safe_passage.ros.packages import package_folder
+from safe_passage.ros.depth_conversions import from_depth_image
+from safe_passage.ros.diagnostics import NodeDiagnostics
+from safe_passage.ros.input_loop import LOOK_ROUND, rounds
 from safe_passage.ros.parameters import private_values
-from safe_passage.ros.sensor_conversions import UnusableMessageError
-from safe_passage.ros.sensor_input import InputLimits, NotYetError, Received, SensorInput
+from safe_passage.ros.sensor_input import InputLimits, Received, SensorInput
 
-LOOK_ROUND = 0.2  # [s] of wall time without news, after which clock and goal are looked at
-WAITING = 0.01  # [s] the same while an image waits for joint states
 JOINT_TOLERANCE = 0.05  # [s] that joint states may end before an image's stamp
 CANCELLED = "CANCELLED"
 
@@ -58,41 +55,28 @@ class _Seen:
     arrived: float  # [s] monotonic
 
 
-class RefusedError(Exception):
-    """Why there is no result."""
-
-    def __init__(self, verdict: str, why: str) -> None:
-        super().__init__(why)
-        self.verdict = verdict
-
-
 class CameraCalibratorNode:
     """Calibrates on demand, one goal at a time; a failure writes nothing and says why."""
 
     def __init__(self) -> None:
         self._p = build(CalibratorNodeParameters, private_values(), rospy.get_name())
-        self._jumps, self._news = JumpDetector(), threading.Event()
+        self._news = threading.Event()
         self._state = threading.Condition()  # of what the goal's thread and the main one share
         self._collector: PoseCollector | None = None
         self._seen: _Seen | None = None
         self._valid_share, self._jumped = 0.0, False
-        self._camera: PinholeCamera | None = None
         self._model: RobotModel | None = None
-        self._joints = JointHistory(tolerance=JOINT_TOLERANCE)
         self._diagnostics = NodeDiagnostics(self._p.input_timeout)
         self._tf = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._tf)
         self._outputs = CalibrationOutputs(self._p.before_frame, self._p.before_apart)
-        self._info_topic = rospy.resolve_name("depth/camera_info")
-        self._joints_topic = rospy.resolve_name("joint_states")
-        self._diagnostics.expect(self._info_topic)
-        self._diagnostics.expect(self._joints_topic)
-        rospy.Subscriber("depth/camera_info", CameraInfo, self._on_info, queue_size=2)
-        rospy.Subscriber("joint_states", JointState, self._on_joints, queue_size=100)
+        limits = InputLimits(self._p.max_age, self._p.max_future, self._p.transform_tolerance)
+        joints = JointHistory(tolerance=JOINT_TOLERANCE)
+        self._arm = ArmInputs(joints, limits, self._diagnostics)
         self._input = SensorInput(
             "depth/image_rect",
             Image,
-            InputLimits(self._p.max_age, self._p.max_future, self._p.transform_tolerance),
+            limits,
             self._diagnostics,
             from_depth_image,
             self._place,
@@ -103,40 +87,24 @@ class CameraCalibratorNode:
         )
         self._server.start()
         survive_clock_jumps(self._server)
-        rospy.on_shutdown(self._news.set)
         rospy.loginfo(f"camera calibration waits for {self._input.topic} and goals")
 
     def spin(self) -> None:
-        """Take images in until shutdown; in the main thread, so that a fault ends the node."""
-        while not rospy.is_shutdown():
-            self._news.wait(WAITING if self._input.waits else LOOK_ROUND)
-            self._news.clear()
-            now = rospy.Time.now()
-            if self._jumps.jumped_back(now):
-                self._restart()
+        """Take images in until shutdown."""
+        for now in rounds(self._news, lambda: self._input.waits, self._restart):
             for seen, _ in self._input.take(now):
                 self._take(seen)
 
     def _place(self, received: Received) -> _Seen:
         """The arm at the image's stamp, or what the image waits for."""
-        camera, model, pixels = self._camera, self._model, received.content
-        if camera is None or pixels.shape != (camera.height, camera.width):
-            raise NotYetError(Outcome.NO_CAMERA, f"none of this size on {self._info_topic}")
-        stamp = received.stamp.to_sec()
-        if model is None:  # before the first goal
-            return _Seen(received.stamp, received.frame, pixels, camera, {}, {}, received.arrived)
-        names = model.movable
-        if self._joints.latest(names) < stamp and self._fresh(received.stamp):
-            raise NotYetError(Outcome.NO_JOINTS, "")
-        try:
-            before = self._joints.at(stamp - self._p.still_time, names)
-            now = self._joints.at(stamp, names)
-        except InputError as error:
-            raise NotYetError(Outcome.NO_JOINTS, str(error)) from None
-        return _Seen(received.stamp, received.frame, pixels, camera, before, now, received.arrived)
-
-    def _fresh(self, stamp: rospy.Time) -> bool:
-        return (rospy.Time.now() - stamp).to_sec() <= self._p.transform_tolerance
+        camera, stamp = self._arm.camera_of(received.content), received.stamp
+        before: dict[str, float] = {}
+        now: dict[str, float] = {}
+        if self._model is not None:  # else: before the first goal
+            names, seconds = self._model.movable, stamp.to_sec()
+            now = self._arm.positions(seconds, names)
+            before = self._arm.positions(seconds - self._p.still_time, names)
+        return _Seen(stamp, received.frame, received.content, camera, before, now, received.arrived)
 
     def _take(self, seen: _Seen) -> None:
         with self._state:
@@ -157,7 +125,7 @@ class CameraCalibratorNode:
         try:
             answer = self._answer(goal)
         except RefusedError as refused:
-            answer = CalibrateCameraResult(verdict=refused.verdict, why=str(refused))
+            answer = CalibrateCameraResult(verdict=refused.reason, why=str(refused))
         finally:
             with self._state:
                 self._collector = None
@@ -175,7 +143,7 @@ class CameraCalibratorNode:
     def _answer(self, goal: CalibrateCameraGoal) -> CalibrateCameraResult:
         """Inputs -> guess -> poses -> calibration -> picture and files."""
         p = self._p
-        folder = _folder(goal.output_folder)
+        folder = self._folder(goal)
         model = self._load_model()
         root = p.root_frame or model.root
         self._outputs.clear(root)
@@ -200,22 +168,30 @@ class CameraCalibratorNode:
     ) -> Calibration:
         calibrator = ArmCalibrator(model, camera, self._p)
         try:
-            return calibrator.calibrate(views, T)
+            return calibrator.calibrate(views, T, self._check_asked)
         finally:
             calibrator.close()
 
+    @staticmethod
+    def _folder(goal: CalibrateCameraGoal) -> Path | None:
+        """Where the files go; one that cannot be is not found after all the poses."""
+        try:
+            return folder_for(goal.output_folder) if goal.output_folder else None
+        except InputError as error:
+            raise RefusedError("BAD_GOAL", f"output_folder {error}") from None
+
     def _load_model(self) -> RobotModel:
         """The robot as it is described now."""
-        found = rospy.search_param(self._p.description_parameter)
-        if found is None:
-            name = rospy.resolve_name(self._p.description_parameter)
-            raise RefusedError("NO_INPUT", f"there is no parameter {name} with the URDF")
+        parameter = self._p.description_parameter
         try:
-            model = load_robot_model(rospy.get_param(found), package_folder, self._p.visual)
+            model = described_robot(parameter, self._p.visual)
         except InputError as error:
-            raise RefusedError("NO_INPUT", f"parameter {found}: {error}") from None
+            raise RefusedError("NO_INPUT", str(error)) from None
+        if model is None:
+            name = rospy.resolve_name(parameter)
+            raise RefusedError("NO_INPUT", f"there is no parameter {name} with the URDF")
         if not model.movable:
-            raise RefusedError("NO_INPUT", f"parameter {found}: {model.name} has no joint")
+            raise RefusedError("NO_INPUT", f"parameter {parameter}: {model.name} has no joint")
         self._model = model
         return model
 
@@ -235,13 +211,14 @@ class CameraCalibratorNode:
 
     def _missing(self, model: RobotModel) -> str:
         """Which input does not come."""
-        if self._camera is None:
-            return f"nothing usable on {self._info_topic}"
+        arm = self._arm
+        if arm.camera is None:
+            return f"nothing usable on {arm.info_topic}"
         try:
-            self._joints.at(rospy.Time.now().to_sec() - self._p.max_age, model.movable)
+            arm.joints.at(rospy.Time.now().to_sec() - self._p.max_age, model.movable)
         except InputError as error:
-            return f"{self._joints_topic}: {error}"
-        return f"no usable image on {self._input.topic} that goes with {self._info_topic}"
+            return f"{arm.joints_topic}: {error}"
+        return f"no usable image on {self._input.topic} that goes with {arm.info_topic}"
 
     def _guess(self, goal: CalibrateCameraGoal, root: str, seen: _Seen) -> np.ndarray:
         """T_root_camera (4, 4), of the goal or of tf at an image's stamp."""
@@ -303,46 +280,15 @@ class CameraCalibratorNode:
         if seen and model and time.monotonic() - seen.arrived > self._p.input_timeout:
             raise RefusedError("NO_INPUT", self._missing(model))
 
-    def _on_info(self, message: CameraInfo) -> None:
-        outcome, detail = Outcome.OK, ""
-        try:
-            self._camera = from_camera_info(message)
-        except UnusableMessageError as error:
-            outcome, detail = error.outcome, str(error)
-        self._diagnostics.count(self._info_topic, outcome, detail)
-
-    def _on_joints(self, message: JointState) -> None:
-        outcome, detail = Outcome.OK, ""
-        try:
-            self._joints.add(message.header.stamp.to_sec(), message.name, message.position)
-        except InputError as error:
-            outcome, detail = Outcome.BAD_FIELDS, str(error)
-        self._diagnostics.count(self._joints_topic, outcome, detail)
-        self._news.set()
-
     def _restart(self) -> None:
         rospy.logwarn("the clock went back: joint states, tf, images and the goal are forgotten")
+        self._input.restart()
+        self._arm.joints.clear()
+        self._tf.clear()
+        forget_goals(self._server)
         with self._state:
             self._seen, self._jumped = None, True
-        self._input.restart()
-        self._joints.clear()
-        self._tf.clear()
-        if not self._server.is_active():
-            forget_goals(self._server)
-
-
-def _folder(text: str) -> Path | None:
-    """Where the files go, made now: a folder that cannot be is not found after all the poses."""
-    if not text:
-        return None
-    folder = Path(text)
-    if not folder.is_absolute():
-        raise RefusedError("BAD_GOAL", f"output_folder {text}: must be absolute")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RefusedError("BAD_GOAL", f"output_folder {text}: {error}") from None
-    return folder
+            self._state.notify_all()
 
 
 def main() -> None:

@@ -17,9 +17,9 @@ from safe_passage.core.errors import InputError, ParameterError
 from safe_passage.core.parameters import check_range, check_text
 from safe_passage.core.reading import build
 from safe_passage.robot_model import JointHistory
-from safe_passage.ros.clock import JumpDetector
 from safe_passage.ros.conversions import from_transform
 from safe_passage.ros.diagnostics import NodeDiagnostics, Outcome
+from safe_passage.ros.input_loop import rounds
 from safe_passage.ros.parameters import private_values
 from safe_passage.ros.scan_conversions import to_scan_cloud
 from safe_passage.ros.sensor_conversions import UnusableMessageError, scan_beams
@@ -31,8 +31,6 @@ from safe_passage.scan_segmentation.assembling import (
     Step,
 )
 
-LOOK_ROUND = 0.2  # [s] of wall time without news, after which the clock is looked at
-WAITING = 0.005  # [s] the same while a scan waits for the angle
 ASSEMBLING = "sweep"  # what the lines are counted under in /diagnostics
 OUTCOMES = {Step.TAKEN: Outcome.OK, Step.STANDING: Outcome.NO_TURN, Step.NO_BEAMS: Outcome.EMPTY}
 
@@ -81,7 +79,7 @@ class ScanAssemblerNode:
     def __init__(self) -> None:
         self._p = build(AssemblerNodeParameters, private_values(), rospy.get_name())
         self._assembler = ScanAssembler(self._p)
-        self._jumps, self._news = JumpDetector(), threading.Event()
+        self._news = threading.Event()
         self._diagnostics = NodeDiagnostics(self._p.input_timeout)
         self._turned: float | None = None  # [rad] the joint's last position, unwrapped
         self._joints = JointHistory(10.0, tolerance=1e-3, max_gap=self._p.joint_gap)
@@ -97,18 +95,12 @@ class ScanAssemblerNode:
         self._input = SensorInput(
             "scan", LaserScan, limits, self._diagnostics, _beams, self._line, self._news.set
         )
-        rospy.on_shutdown(self._news.set)
         angle = f"joint {self._p.joint}" if self._p.joint else f"tf to {self._p.frame}"
         rospy.loginfo(f"scan assembler waits for {self._input.topic}, {angle}")
 
     def spin(self) -> None:
-        """Assemble until shutdown; in the main thread, so that a fault ends the node."""
-        while not rospy.is_shutdown():
-            self._news.wait(WAITING if self._input.waits else LOOK_ROUND)
-            self._news.clear()
-            now = rospy.Time.now()
-            if self._jumps.jumped_back(now):
-                self._restart()
+        """Assemble until shutdown."""
+        for now in rounds(self._news, lambda: self._input.waits, self._restart):
             for line, arrived in self._input.take(now):
                 self._add(line, arrived)
 

@@ -15,7 +15,6 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger, TriggerResponse
 
 from safe_passage.core.errors import InputError, ParameterError
-from safe_passage.core.parameters import check_range, check_text
 from safe_passage.core.reading import build
 from safe_passage.msg import (
     ScanSegmentation,
@@ -24,10 +23,10 @@ from safe_passage.msg import (
     SegmentScanGoal,
     SegmentScanResult,
 )
-from safe_passage.ros.actions import forget_goals, survive_clock_jumps
-from safe_passage.ros.clock import JumpDetector
+from safe_passage.ros.actions import RefusedError, forget_goals, survive_clock_jumps
 from safe_passage.ros.conversions import from_transform
 from safe_passage.ros.diagnostics import NodeDiagnostics
+from safe_passage.ros.input_loop import rounds
 from safe_passage.ros.parameters import private_values
 from safe_passage.ros.scan_conversions import (
     ScanCloud,
@@ -38,6 +37,7 @@ from safe_passage.ros.scan_conversions import (
 )
 from safe_passage.ros.segmentation_conversions import reason_code
 from safe_passage.ros.segmentation_outputs import SegmentationOutputs
+from safe_passage.ros.segmentation_parameters import ServerParameters
 from safe_passage.ros.sensor_conversions import UnusableMessageError
 from safe_passage.ros.sensor_input import InputLimits, Received, SensorInput
 from safe_passage.scan_segmentation import (
@@ -50,36 +50,7 @@ from safe_passage.scan_segmentation.configuration import configuration
 from safe_passage.scan_segmentation.scan import Vector
 from safe_passage.srv import SelectRobot, SelectRobotResponse
 
-LOOK_ROUND = 0.2  # [s] of wall time without news, after which the clock is looked at
-WAITING = 0.02  # [s] the same while a cloud waits for tf
 VALUES = "values"  # name of a configuration that came with a goal
-
-
-@dataclass(frozen=True)
-class ServerParameters:
-    """The node's own; the others are those of segment_scan."""
-
-    robot: str = ""  # configuration to begin with; empty: the first one
-    level_frame: str = "odom"  # tf frame whose z is up; empty: `up` counts
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0)  # in the cloud's frame, against gravity
-    axis: tuple[float, ...] = ()  # of the rotation, of clouds without beta; empty: is estimated
-    max_age: float = 600.0  # [s] an older cloud is not the latest any more
-    max_future: float = 0.5  # [s] clouds stamped farther ahead are dropped
-    transform_tolerance: float = 0.5  # [s] a cloud waits so long for tf
-    input_timeout: float = 60.0  # [s] with nothing but dropped clouds: an error in /diagnostics
-
-    def __post_init__(self) -> None:
-        check_text("robot", self.robot, may_be_empty=True)
-        check_text("level_frame", self.level_frame, may_be_empty=True)
-        for name in ("up", "axis") if self.axis else ("up",):
-            try:
-                unit(getattr(self, name))
-            except InputError as error:
-                raise ParameterError(f"{name} is {error}") from None
-        check_range("max_age", self.max_age, 0.1, 86_400.0, "s")
-        check_range("max_future", self.max_future, 0.0, 10.0, "s")
-        check_range("transform_tolerance", self.transform_tolerance, 0.0, 10.0, "s")
-        check_range("input_timeout", self.input_timeout, 0.01, 3600.0, "s")
 
 
 @dataclass(frozen=True)
@@ -89,14 +60,6 @@ class _Placed:
     header: Header
     content: ScanCloud
     up: Vector
-
-
-class RefusedError(Exception):
-    """Why there is no result."""
-
-    def __init__(self, reason: int, text: str) -> None:
-        super().__init__(text)
-        self.reason = reason
 
 
 class ScanSegmentationNode:
@@ -111,7 +74,7 @@ class ScanSegmentationNode:
         if self._robot not in self._robots:
             raise ParameterError(f"parameter {where}server/robot: {self._unknown(self._robot)}")
         self._segmenter = ScanSegmenter(parameters)
-        self._jumps, self._news, self._work = JumpDetector(), threading.Event(), threading.Lock()
+        self._news, self._work = threading.Event(), threading.Lock()
         self._latest: _Placed | None = None
         self._shown: _Placed | None = None
         self._diagnostics = NodeDiagnostics(self._p.input_timeout)
@@ -137,17 +100,11 @@ class ScanSegmentationNode:
         survive_clock_jumps(self._server)
         rospy.Service("~segment_latest", Trigger, self._on_trigger)
         rospy.Service("~select_robot", SelectRobot, self._on_select)
-        rospy.on_shutdown(self._news.set)
         rospy.loginfo(f"scan segmentation waits for {self._input.topic} and goals")
 
     def spin(self) -> None:
-        """Take clouds in until shutdown; in the main thread, so that a fault ends the node."""
-        while not rospy.is_shutdown():
-            self._news.wait(WAITING if self._input.waits else LOOK_ROUND)
-            self._news.clear()
-            now = rospy.Time.now()
-            if self._jumps.jumped_back(now):
-                self._restart()
+        """Take clouds in until shutdown."""
+        for now in rounds(self._news, lambda: self._input.waits, self._restart):
             for placed, _ in self._input.take(now):
                 self._latest = placed
 
@@ -306,8 +263,7 @@ class ScanSegmentationNode:
             self._forget("the clock went back")
         self._input.restart()
         self._tf.clear()
-        if not self._server.is_active():
-            forget_goals(self._server)
+        forget_goals(self._server)
 
 
 def _summary(found: Segmentation, robot: str) -> str:

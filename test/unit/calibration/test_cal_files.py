@@ -14,7 +14,14 @@ from hypothesis import strategies as st
 from safe_passage.calibration import Calibration, Verdict
 from safe_passage.calibration.quality import Observability, Residual
 from safe_passage.calibration.recording import read_folder, standstills
-from safe_passage.calibration.writers import T_BODY_OPTICAL, launch, origin, pose_of, write
+from safe_passage.calibration.writers import (
+    T_BODY_OPTICAL,
+    folder_for,
+    launch,
+    origin,
+    pose_of,
+    write,
+)
 from safe_passage.core.errors import InputError
 from safe_passage.robot_model import JointHistory
 from scipy.spatial.transform import Rotation
@@ -130,3 +137,29 @@ def test_what_is_no_result_is_not_written(tmp_path: Path, verdict: Verdict) -> N
     with pytest.raises(InputError, match="nothing is written"):
         write(result(verdict), tmp_path / "out", "base", "camera", True)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_disk_that_is_full_leaves_no_half_of_a_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written = []
+
+    def write_text(path: Path, text: str) -> None:
+        if written:
+            raise OSError(28, "No space left on device")
+        written.append(path)
+        path.write_bytes(text.encode())
+
+    monkeypatch.setattr(Path, "write_text", write_text)
+    with pytest.raises(OSError, match="No space"):
+        write(result(Verdict.OK), tmp_path / "out", "base", "camera", True)
+    assert written
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_is_named(tmp_path: Path) -> None:
+    assert folder_for(str(tmp_path / "a" / "b")).is_dir()
+    (tmp_path / "file").write_text("")
+    for text, why in (("here", "absolute"), (str(tmp_path / "file"), "file"), ("/proc", "/proc")):
+        with pytest.raises(InputError, match=why):
+            folder_for(text)

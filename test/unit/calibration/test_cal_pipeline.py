@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 from box_arm import ARM, CAMERA, POSES, off
 from box_arm import T_ROOT_CAMERA as T_TRUE
-from safe_passage.calibration import ArmCalibrator, ArmView, CalibrationParameters, Verdict
+from safe_passage.calibration import (
+    ArmCalibrator,
+    ArmView,
+    CalibrationParameters,
+    Verdict,
+    pipeline,
+)
 from safe_passage.calibration.arm_surface import ArmSurface
+from safe_passage.calibration.registration import register
 from safe_passage.robot_model import RobotModel, load_robot_model
 from scipy.spatial.transform import Rotation
 
@@ -86,3 +93,24 @@ def test_a_guess_that_looks_away_is_no_result() -> None:
         views(model, JOINTS), away
     )
     assert result.verdict is not Verdict.OK
+
+
+def test_it_can_be_given_up_between_registrations(monkeypatch: pytest.MonkeyPatch) -> None:
+    class GivenUpError(Exception):
+        """By who asked for it."""
+
+    model, registrations, asked = load_robot_model(ARM, {}), [], []
+    monkeypatch.setattr(
+        pipeline, "register", lambda *given: (registrations.append(given), register(*given))[1]
+    )
+
+    def check() -> None:
+        asked.append(len(registrations))
+        if len(asked) == 5:
+            raise GivenUpError
+
+    calibrator = ArmCalibrator(model, CAMERA, CalibrationParameters())
+    with pytest.raises(GivenUpError):
+        calibrator.calibrate(views(model, JOINTS), off(T_TRUE, 0.05, 5.0), check)
+    assert asked == [0, 1, 2, 3, 4]  # once for each registration
+    assert len(registrations) == 4
