@@ -26,6 +26,7 @@ from safe_passage.core.parameters import check_range, check_text
 from safe_passage.msg import PersonArray
 from safe_passage.ros import conversions, simulation_conversions
 from safe_passage.ros.parameters import read_parameters
+from safe_passage.simulation.arms import read_description
 from safe_passage.simulation.drive import Twist
 from safe_passage.simulation.faults import make_fault_plan
 from safe_passage.simulation.robots import CameraModel, LidarModel, load_robot
@@ -103,13 +104,10 @@ class WarehouseSimNode:
         self._markers_pub = rospy.Publisher("~markers", MarkerArray, queue_size=1)
         self._world_pub = rospy.Publisher("~world_markers", MarkerArray, queue_size=1, latch=True)
         self._lidars = [
-            (lidar, rospy.Publisher(_topic(i, lidar.name, "scan"), LaserScan, queue_size=2))
-            for i, lidar in enumerate(self._robot.lidars)
+            (lidar, rospy.Publisher(lidar.topic, LaserScan, queue_size=2))
+            for lidar in self._robot.lidars
         ]
-        self._cameras = [
-            (camera, _CameraTopics(_topic(i, camera.name, "")))
-            for i, camera in enumerate(self._robot.cameras)
-        ]
+        self._cameras = [(camera, _CameraTopics(camera)) for camera in self._robot.cameras]
 
     def _publish_still(self) -> None:
         """What never changes: map, world, places of the sensors."""
@@ -121,6 +119,10 @@ class WarehouseSimNode:
         places = [(self._p.robot_frame, np.eye(4))]
         places += [(lidar.frame, lidar.pose_in_base()) for lidar in self._robot.lidars]
         places += [(camera.frame, camera.pose_in_base()) for camera in self._robot.cameras]
+        if self._robot.arm:
+            description = read_description(self._robot.arm)
+            rospy.set_param("robot_description", description.urdf)
+            places.append((description.root, self._robot.arm.pose_in_base()))
         self._static_tf.sendTransform(
             [conversions.to_transform(base, name, T[:3, 3], T[:3, :3]) for name, T in places]
         )
@@ -230,13 +232,13 @@ class WarehouseSimNode:
 
 
 class _CameraTopics:
-    """Topics of one RGB-D camera, below `prefix`; what nobody reads is not made."""
+    """Topics of one RGB-D camera; what nobody reads is not made."""
 
-    def __init__(self, prefix: str) -> None:
-        self._info = rospy.Publisher(prefix + "rgb/camera_info", CameraInfo, queue_size=1)
-        self._image = rospy.Publisher(prefix + "rgb/image_rect_color", Image, queue_size=1)
-        self._depth = rospy.Publisher(prefix + "depth_registered/image_rect", Image, queue_size=1)
-        self._cloud = rospy.Publisher(prefix + "depth_registered/points", PointCloud2, queue_size=1)
+    def __init__(self, camera: CameraModel) -> None:
+        self._info = rospy.Publisher(camera.camera_info, CameraInfo, queue_size=1)
+        self._image = rospy.Publisher(camera.image, Image, queue_size=1)
+        self._depth = rospy.Publisher(camera.depth, Image, queue_size=1)
+        self._cloud = rospy.Publisher(camera.points, PointCloud2, queue_size=1)
 
     def wanted(self) -> bool:
         """Whether anybody reads."""
@@ -253,11 +255,6 @@ class _CameraTopics:
         if self._cloud.get_num_connections():
             frame = detection.from_depth(depth, bgr, detection.Intrinsics(*camera.intrinsics))
             self._cloud.publish(conversions.to_cloud(header, frame.xyz, bgr))
-
-
-def _topic(index: int, name: str, topic: str) -> str:
-    """The first sensor of a kind has the usual topics, the others have them below their name."""
-    return topic if index == 0 else f"{name}/{topic}"
 
 
 def main() -> None:

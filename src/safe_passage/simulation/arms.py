@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
@@ -37,6 +39,33 @@ def find_urdf(urdf: str) -> Path:
     if not path.is_file():
         raise InputError(f"arm/urdf is {urdf!r}, but there is no file {path}")
     return path
+
+
+@dataclass(frozen=True)
+class Description:
+    """An arm's URDF, for who does not know in which folder it was."""
+
+    urdf: str  # its meshes by file://
+    root: str  # link
+
+
+def read_description(arm: ArmModel) -> Description:
+    """The arm's; raises InputError as `find_urdf`, and where it is no tree of links."""
+    path = find_urdf(arm.urdf)
+    try:
+        robot = ElementTree.parse(path).getroot()
+    except (OSError, ElementTree.ParseError) as error:
+        raise InputError(f"arm/urdf: {path}: {error}") from None
+    for mesh in robot.iter("mesh"):
+        name = mesh.get("filename", "")
+        if "://" not in name:
+            mesh.set("filename", f"file://{path.parent / name}")
+    children = {child.get("link") for child in robot.iter("child")}
+    roots = [link.get("name", "") for link in robot.findall("link")]
+    roots = [name for name in roots if name not in children]
+    if len(roots) != 1:
+        raise InputError(f"arm/urdf: {path}: {len(roots)} root links, must be one")
+    return Description(ElementTree.tostring(robot, encoding="unicode"), roots[0])
 
 
 def attach(body: mujoco.MjsBody, arm: ArmModel, group: int) -> tuple[str, ...]:

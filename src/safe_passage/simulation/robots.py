@@ -1,4 +1,4 @@
-"""Robots from yaml: shape, drive, and where each sensor sits.
+"""Robots from yaml: shape, drive, where each sensor sits.
 
 Frame: base_footprint, x forward, y left, z up from the floor (REP 105).
 """
@@ -16,13 +16,24 @@ from safe_passage.core.errors import ParameterError
 from safe_passage.core.parameters import check_flag, check_range
 from safe_passage.core.reading import build, build_list, read_yaml
 
+TOPICS = {  # of a kind's first sensor; the others' are below NAME/
+    "lidars": {"topic": "scan"},
+    "cameras": {
+        "image": "rgb/image_rect_color",
+        "camera_info": "rgb/camera_info",
+        "depth": "depth_registered/image_rect",
+        "points": "depth_registered/points",
+    },
+}
+
 
 @dataclass(frozen=True)
 class LidarModel:
     """A level scanner. Defaults: Hokuyo UST-20LX."""
 
-    name: str = "laser"  # topic is scan for the first lidar, NAME/scan for the others
+    name: str = "laser"
     frame: str = "laser"
+    topic: str = ""  # LaserScan; empty: scan for the first lidar, NAME/scan for the others
     x: float = 0.0  # [m]
     y: float = 0.0  # [m]
     z: float = 0.12  # [m] over the floor
@@ -57,8 +68,12 @@ class LidarModel:
 class CameraModel:
     """A structured-light RGB-D camera, depth registered to colour. Defaults: Orbbec Astra."""
 
-    name: str = "camera"  # namespace of its topics; the first camera has none
+    name: str = "camera"
     frame: str = "camera_rgb_optical_frame"
+    image: str = ""  # topics; empty: as TOPICS has them
+    camera_info: str = ""
+    depth: str = ""
+    points: str = ""
     x: float = 0.0  # [m]
     y: float = 0.0  # [m]
     z: float = 1.63  # [m] over the floor
@@ -101,6 +116,30 @@ class CameraModel:
 
 
 @dataclass(frozen=True)
+class ScannerModel:
+    """A 2D scanner on a turning platform, not simulated. Defaults: RoSi (paper 003, III)."""
+
+    name: str = "scanner"
+    frame: str = "scanner"  # does not turn; z is the platform's axis
+    topic: str = "scan"  # LaserScan, a line each
+    x: float = 0.0  # [m] of its frame; tf tells where an arm carries it
+    y: float = 0.0  # [m]
+    z: float = 1.0  # [m] over the floor
+    beams: int = 361  # of a line
+    field_of_view: float = math.pi  # [rad] of a line
+    range_min: float = 0.1  # [m]
+    range_max: float = 80.0  # [m]
+    rate: float = 37.5  # [Hz] of lines
+
+    def __post_init__(self) -> None:
+        check_range("beams", self.beams, 2, 100000, "beams")
+        check_range("field_of_view", self.field_of_view, 0.1, 2 * math.pi, "rad")
+        check_range("range_min", self.range_min, 0.0, 10.0, "m")
+        check_range("range_max", self.range_max, self.range_min, 1000.0, "m")
+        check_range("rate", self.rate, 0.1, 1000.0, "Hz")
+
+
+@dataclass(frozen=True)
 class PartModel:
     """A box of the robot's body."""
 
@@ -129,6 +168,10 @@ class ArmModel:
     joints: tuple[str, ...] = ()  # in the order of its positions; empty: as in the URDF
     positions: tuple[float, ...] = ()  # [rad] at the start; empty: zeros
 
+    def pose_in_base(self) -> np.ndarray:
+        """(4, 4) of its root link."""
+        return transform((self.x, self.y, self.z), (self.yaw, 0.0))
+
 
 @dataclass(frozen=True)
 class DriveModel:
@@ -156,7 +199,7 @@ class DriveModel:
 
 @dataclass(frozen=True)
 class Robot:
-    """Everything the simulator knows of a robot."""
+    """What a robot is: of this the simulator makes one, and tools know what should be there."""
 
     name: str
     footprint: tuple[tuple[float, float], ...]  # [m] outline, counter-clockwise
@@ -165,16 +208,20 @@ class Robot:
     parts: tuple[PartModel, ...]
     lidars: tuple[LidarModel, ...]
     cameras: tuple[CameraModel, ...]
+    scanners: tuple[ScannerModel, ...] = ()
     arm: ArmModel | None = None
 
     def __post_init__(self) -> None:
         check_range("height", self.height, 0.1, 5.0, "m")
         if len(self.footprint) < 3:
             raise ParameterError("footprint: three or more points [x, y] in m")
-        for kind, sensors in (("lidars", self.lidars), ("cameras", self.cameras)):
-            names = [sensor.name for sensor in sensors]  # type: ignore[attr-defined]
+        for kind in ("lidars", "cameras", "scanners"):
+            names = [sensor.name for sensor in getattr(self, kind)]
             if len(set(names)) < len(names):
                 raise ParameterError(f"{kind}: two of the same name among {', '.join(names)}")
+        for kind, topics in TOPICS.items():
+            named = tuple(_with_topics(i, s, topics) for i, s in enumerate(getattr(self, kind)))
+            object.__setattr__(self, kind, named)
 
     def without_arm(self) -> Robot:
         """The same, for a machine on which the arm's model is not installed."""
@@ -191,20 +238,42 @@ def transform(place: Sequence[float], yaw_pitch: tuple[float, float]) -> np.ndar
 
 
 def load_robot(path: Path) -> Robot:
-    """Read a robot.
+    """Read a robot, without its nodes' parameters, which `robot_files` reads.
 
     Raises:
         InputError: the file cannot be read. ParameterError: names the key at fault.
     """
-    return make_robot(read_yaml(path), str(path))
+    values = read_yaml(path)
+    if "robot" not in values:
+        raise ParameterError(f"{path}: robot is missing: the key under which all is that it is")
+    return make_robot(values["robot"], f"{path}: robot")
 
 
 def make_robot(values: Mapping[str, Any], where: str = "robot") -> Robot:
     """Build a robot of the yaml's contents; ParameterError names what is wrong in it."""
+    if not isinstance(values, Mapping):
+        raise ParameterError(f"{where} is {values!r}, must be a mapping of keys to values")
     built = dict(values)
     built["drive"] = build(DriveModel, built.get("drive") or {}, f"{where}/drive")
-    for key, model in {"parts": PartModel, "lidars": LidarModel, "cameras": CameraModel}.items():
+    for key, model in SENSORS_AND_PARTS.items():
         built[key] = build_list(model, built.get(key), f"{where}/{key}")
     if built.get("arm") is not None:
         built["arm"] = build(ArmModel, built["arm"], f"{where}/arm")
     return build(Robot, built, where)
+
+
+SENSORS_AND_PARTS: dict[str, type] = {
+    "parts": PartModel,
+    "lidars": LidarModel,
+    "cameras": CameraModel,
+    "scanners": ScannerModel,
+}
+
+
+def _with_topics(index: int, sensor: Any, topics: Mapping[str, str]) -> Any:
+    """The sensor, topics that were not told as they usually are."""
+    prefix = f"{sensor.name}/" if index else ""
+    return replace(
+        sensor,
+        **{field: getattr(sensor, field) or prefix + topic for field, topic in topics.items()},
+    )

@@ -12,6 +12,7 @@ from typing import Sequence
 
 import numpy as np
 
+from safe_passage.core.errors import InputError
 from safe_passage.core.geometry import Pose, matrix, outline, placed
 from safe_passage.simulation.drive import Base, Twist
 from safe_passage.simulation.people_assets import list_people, load_person
@@ -51,6 +52,9 @@ class Simulator:
         seed: of all noise.
         people: instead of the world's own.
         start: of the robot, instead of the world's own; frame map.
+
+    Raises:
+        InputError: the robot has a sensor that is not simulated.
     """
 
     STEP = 0.025  # [s]
@@ -63,6 +67,12 @@ class Simulator:
         people: Sequence[PersonPlan] | None = None,
         start: Pose | None = None,
     ) -> None:
+        if robot.scanners:
+            scanners = ", ".join(scanner.name for scanner in robot.scanners)
+            raise InputError(
+                f"robot {robot.name}: turning scanners ({scanners}) are not simulated; "
+                "play a scan of one: rosrun safe_passage replay_scan garage"
+            )
         self.world, self.robot, self.seed = world, robot, seed
         plans = world.people if people is None else tuple(people)
         names = list_people()

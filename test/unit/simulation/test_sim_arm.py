@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from safe_passage.core.errors import InputError, ParameterError
-from safe_passage.simulation.arms import find_urdf
-from safe_passage.simulation.robots import load_robot
+from safe_passage.simulation.arms import find_urdf, read_description
+from safe_passage.simulation.robots import ArmModel, load_robot
 from safe_passage.simulation.simulator import Simulator
 from sim_hall import make_cart, make_hall
 
@@ -159,3 +159,21 @@ def test_the_iiwa_of_the_omnirob_reaches_up_and_is_seen_by_the_front_camera():
     assert tip == pytest.approx([0.28, 0.0, 0.70 + 1.261], abs=0.02)
     sim.close()
     bare.close()
+
+
+def test_a_description_says_where_its_meshes_are_and_what_carries_it(tmp_path):
+    box = '<geometry><box size="0.4 0.1 0.1"/></geometry>'
+    mesh = '<geometry><mesh filename="fore.obj"/></geometry>'
+    path = tmp_path / "two.urdf"
+    path.write_text(URDF.replace(box, mesh))
+    found = read_description(ArmModel(str(path)))
+    assert found.root == "root"
+    assert f'filename="file://{tmp_path}/fore.obj"' in found.urdf
+
+
+@pytest.mark.parametrize("text", ["<robot", "<robot name='none'/>", URDF.replace("joint", "j")])
+def test_a_description_that_is_no_tree_is_refused(tmp_path, text):
+    path = tmp_path / "broken.urdf"
+    path.write_text(text.replace("<child", "<infant"))
+    with pytest.raises(InputError, match="broken.urdf"):
+        read_description(ArmModel(str(path)))
