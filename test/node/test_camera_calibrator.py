@@ -12,6 +12,7 @@ import actionlib
 import numpy as np
 import rospy
 import rostest
+import tf2_ros
 import yaml
 from actionlib_msgs.msg import GoalStatus
 from arm_world import ARM, box_arm
@@ -43,6 +44,8 @@ class CameraCalibratorTest(unittest.TestCase):
         wait_until(cls.news, rospy.get_time, "the clock", lambda: None)
         cls.client = actionlib.SimpleActionClient(f"{NAME}/calibrate", CalibrateCameraAction)
         assert cls.client.wait_for_server(rospy.Duration(TIMEOUT))
+        cls.tf = tf2_ros.Buffer()
+        cls.listener = tf2_ros.TransformListener(cls.tf)
         cls.folder = tempfile.TemporaryDirectory()
 
     @classmethod
@@ -124,6 +127,15 @@ class CameraCalibratorTest(unittest.TestCase):
         )
         self.assertEqual(self.shown["after/sensor"].header.frame_id, self.world.root)
         self.assertEqual(self.shown["before/sensor"].header.frame_id, "calibration_before")
+        T_view_before, T_view_root = map(self.in_view, ("calibration_before", self.world.root))
+        camera = T_view_root @ self.world.T_root_camera
+        self.assertGreater(camera[0, 3], 0.5)  # the view looks from the camera's side
+        self.assertGreater(camera[1, 0], 0.5)  # and has to the right what the camera has there,
+        self.assertLess(T_view_before[1, 3], -0.5)  # "before" to the left
+        self.assertGreater(T_view_root[1, 3], 0.5)
+
+    def in_view(self, frame):
+        return from_transform(self.tf.lookup_transform("calibration_view", frame, rospy.Time()))
 
     def test_3_a_camera_that_looks_away_gives_no_result(self):
         result, state = self.ask(

@@ -25,6 +25,7 @@ class CalibratorNodeParameters(CalibrationParameters):
     images: int = 11  # of a pose, of which the median is taken
     before_frame: str = "calibration_before"  # tf frame in which "before" is drawn
     before_apart: float = 1.2  # [m] by which it is drawn beside the robot
+    view_frame: str = "calibration_view"  # tf frame between the two, x towards the camera
     max_age: float = 0.5  # [s] older images are dropped
     max_future: float = 0.1  # [s] images stamped farther ahead are dropped
     transform_tolerance: float = 0.1  # [s] an image waits so long for joint states, a goal for tf
@@ -36,6 +37,7 @@ class CalibratorNodeParameters(CalibrationParameters):
         check_text("root_frame", self.root_frame, may_be_empty=True)
         check_text("child_frame", self.child_frame, may_be_empty=True)
         check_text("before_frame", self.before_frame)
+        check_text("view_frame", self.view_frame)
         check_range("poses", self.poses, 1, 100, "")
         check_range("least_poses", self.least_poses, 1, 100, "")
         if self.least_poses > self.poses:

@@ -59,18 +59,18 @@ class CameraCalibratorNode:
     """Calibrates on demand, one goal at a time; a failure writes nothing and says why."""
 
     def __init__(self) -> None:
-        self._p = build(CalibratorNodeParameters, private_values(), rospy.get_name())
+        self._p = p = build(CalibratorNodeParameters, private_values(), rospy.get_name())
         self._news = threading.Event()
         self._state = threading.Condition()  # of what the goal's thread and the main one share
         self._collector: PoseCollector | None = None
         self._seen: _Seen | None = None
         self._valid_share, self._jumped = 0.0, False
         self._model: RobotModel | None = None
-        self._diagnostics = NodeDiagnostics(self._p.input_timeout)
+        self._diagnostics = NodeDiagnostics(p.input_timeout)
         self._tf = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._tf)
-        self._outputs = CalibrationOutputs(self._p.before_frame, self._p.before_apart)
-        limits = InputLimits(self._p.max_age, self._p.max_future, self._p.transform_tolerance)
+        self._outputs = CalibrationOutputs(p.before_frame, p.before_apart, p.view_frame)
+        limits = InputLimits(p.max_age, p.max_future, p.transform_tolerance)
         joints = JointHistory(tolerance=JOINT_TOLERANCE)
         self._arm = ArmInputs(joints, limits, self._diagnostics)
         self._input = SensorInput(
