@@ -2,13 +2,17 @@
 """Nodes scan_assembler and scan_segmentation_server: clouds as they were, results, refusals."""
 
 import math
+import re
 import subprocess
 import sys
 import threading
 import unittest
+from pathlib import Path
+from xmlrpc.client import ServerProxy
 
 import actionlib
 import numpy as np
+import rosgraph
 import roslib.packages
 import rospy
 import rostest
@@ -31,7 +35,7 @@ from safe_passage.ros.conversions import to_header, to_transform
 from safe_passage.ros.scan_conversions import to_scan_cloud
 from safe_passage.ros.sensor_conversions import cloud_grid
 from safe_passage.scan_segmentation.assembling import MOUNT, Assembled
-from safe_passage.simulation.scan_scene import Block, Place, scan_place
+from safe_passage.simulation.scan_scene import Block, Place, Scanner, scan_place
 from safe_passage.srv import SelectRobot
 from sensor_msgs.msg import Image, JointState, LaserScan, PointCloud2
 from std_srvs.srv import Trigger
@@ -69,6 +73,7 @@ class ScanSegmentationTest(unittest.TestCase):
         cls.news = threading.Condition()
         cls.messages = {}  # topic -> all that came
         cls.assembler = Diagnostics("robot1/scan_assembler", cls.news)
+        cls.tf_assembler = Diagnostics("robot1/tf_assembler", cls.news)
         cls.server = Diagnostics(f"robot1/{SERVER}", cls.news)
         cls.clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
         cls.tf_pub = rospy.Publisher("/tf", TFMessage, queue_size=200)
@@ -438,7 +443,60 @@ class ScanSegmentationTest(unittest.TestCase):
                 node.terminate()
                 node.wait(20.0)
 
-    def test_15_wrong_parameters_are_refused(self):
+    def test_15_ten_million_points_are_thinned_out_and_that_is_said(self):
+        scan, _ = scan_place(garage(), Scanner(lines=870), 12)
+        points = scan.points.repeat(8, axis=0).repeat(8, axis=1)
+        self.assertGreater(points[..., 0].size, 10_000_000)
+        beta = np.repeat(scan.beta, 8)
+        cloud = to_message(type(scan)(points, beta), rospy.Time.from_sec(self.now))
+        before = peak_memory(f"/robot1/{SERVER}")
+        _, result, _ = self.ask(cloud)
+        self.assertTrue(result.success, result.text)
+        self.assertIn("thinned out: one line in 8, of it one point in 8", result.text)
+        self.assertLess(peak_memory(f"/robot1/{SERVER}") - before, 6 * len(cloud.data))
+
+    def test_16_an_old_cloud_is_not_the_latest(self):
+        latest = rospy.ServiceProxy(f"{SERVER}/segment_latest", Trigger)
+        self.advance()
+        sent = self.garage()
+        self.cloud_pub.publish(sent)
+        wait_until(
+            self.news,
+            lambda: self.last("result").header.stamp == sent.header.stamp,
+            lambda: f"the cloud; {self.server}",
+            lambda: (self.advance(), latest()),
+        )
+        self.advance(601.0)  # max_age is 600 s
+        wait_until(
+            self.news,
+            lambda: self.last("result").reason == ScanSegmentation.NO_CLOUD,
+            lambda: f"a refusal, not {self.last('result').text}",
+            lambda: (self.advance(), latest()),
+        )
+        self.assertRegex(self.last("result").text, r"the last cloud on \S+/points is 60\d s old")
+        self.assert_nothing_drawn(ScanSegmentation.NO_CLOUD)
+        self.cloud_pub.publish(sent)
+        key = "/robot1/rotating_scan/points STALE"
+        wait_until(
+            self.news, lambda: self.server.count(key) > 0, lambda: f"{self.server}", self.advance
+        )
+
+    def test_17_without_tf_the_assembler_drops_scans_and_says_so(self):
+        self.clouds("tf_points")
+        known = len(self.messages["tf_points"])
+        dropped = "/robot1/scan: only dropped messages, last reason NO_TF"
+        wait_until(
+            self.news,
+            lambda: dropped in self.tf_assembler.message(),
+            lambda: f"NO_TF; {self.tf_assembler}",
+            lambda: self.turn(frame="nowhere"),
+        )
+        self.assertEqual(self.tf_assembler.level(), ERROR)
+        self.assertGreater(self.tf_assembler.count("/robot1/scan NO_TF"), 0)
+        self.assertEqual(len(self.messages["tf_points"]), known)
+        self.clouds("tf_points")
+
+    def test_18_wrong_parameters_are_refused(self):
         cases = (
             ("scan_assembler", "sweep", "9.0", "must lie in"),
             ("scan_assembler", "speed", "1.0", "is not known"),
@@ -449,6 +507,14 @@ class ScanSegmentationTest(unittest.TestCase):
             output = output_of_refusal(program, f"_{name}:={value}", f"__name:=no_{i}")
             self.assertIn(f"parameter /robot1/no_{i}/{name}", output)
             self.assertIn(said, output)
+
+
+def peak_memory(node):
+    """[bytes] of a node, the most that it has had so far."""
+    api = rosgraph.Master(rospy.get_name()).lookupNode(node)
+    _, _, pid = ServerProxy(api).getPid(rospy.get_name())
+    status = Path(f"/proc/{pid}/status").read_text()
+    return 1024 * int(re.search(r"VmHWM:\s+(\d+) kB", status).group(1))
 
 
 def answers(service):
