@@ -78,7 +78,16 @@ def colour(text):
 
 
 def enabled_displays(view):
-    return [d for d in view["Visualization Manager"]["Displays"] if d["Enabled"]]
+    return list(enabled_in(view["Visualization Manager"]["Displays"]))
+
+
+def enabled_in(displays):
+    """Those of groups too, if the group is."""
+    for display in displays:
+        if display["Enabled"] and display["Class"] == "rviz/Group":
+            yield from enabled_in(display["Displays"])
+        elif display["Enabled"]:
+            yield display
 
 
 def topics_of(view):

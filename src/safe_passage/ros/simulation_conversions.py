@@ -76,6 +76,7 @@ def world_markers(header: Header, world: World) -> MarkerArray:
     for block in world.blocks:
         if block.z < CUT:
             _add_block(marker, block, colours[block.material] * block.shade)
+    marker.frame_locked = True
     return MarkerArray([marker])
 
 

@@ -114,7 +114,8 @@ class WarehouseSimNode:
         stamp = self._stamp()
         header = conversions.to_header(stamp, self._p.map_frame)
         self._map_pub.publish(simulation_conversions.to_map(header, self._sim.map))
-        self._world_pub.publish(simulation_conversions.world_markers(header, self._world))
+        whenever = conversions.to_header(rospy.Time(), self._p.map_frame)  # rviz may come later
+        self._world_pub.publish(simulation_conversions.world_markers(whenever, self._world))
         base = conversions.to_header(stamp, self._p.base_frame)
         places = [(self._p.robot_frame, np.eye(4))]
         places += [(lidar.frame, lidar.pose_in_base()) for lidar in self._robot.lidars]
