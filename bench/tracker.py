@@ -36,6 +36,8 @@ WORKERS = Workers(processes=os.cpu_count() or 1)
 SEEDS = (4001, 4002)  # nothing was tuned with these
 FIELD_SEED = 4003
 QUICK = ("crossing_standing", "fig6", "static_driving")
+CAMERAS = ("static_turning", "static_driving", "workshop_driving", "crossing_corridors")
+CAMERA_RATE = 5.0  # [Hz] of each of the two depth cameras
 REAL_QUICK = ("positive_2", "scans_demo", "overtake_ego")
 PEERS = ("norfair", "stonesoup")
 PEER_CYCLES_QUICK = 60
@@ -49,8 +51,8 @@ def run(quick: bool = False) -> list[dict]:
         cost = [*speed(quick), *memory(quick), *peers_speed(quick)]
     scenarios = chosen(quick)
     recordings(scenarios, WORKERS)
-    found = [*accuracy(scenarios, quick), *peers_accuracy(scenarios, quick), *lidar3d(quick)]
-    return [*cost, *found, *real(quick)]
+    found = [*accuracy(scenarios, quick), *with_cameras(quick)]
+    return [*cost, *found, *peers_accuracy(scenarios, quick), *lidar3d(quick), *real(quick)]
 
 
 def chosen(quick: bool) -> list[TrackingScenario]:
@@ -115,6 +117,23 @@ def peers_speed(quick: bool) -> list[dict]:
 def installed(package: str) -> bool:
     """Whether it is there: not every Python can have every peer."""
     return importlib.util.find_spec(package) is not None
+
+
+def with_cameras(quick: bool) -> list[dict]:
+    """What two depth cameras add: tables, shelves, and things that come into a narrow view."""
+    scenarios = [
+        Catalogue(CONFIG, seed, CAMERA_RATE).make(name)
+        for seed in SEEDS[: 1 if quick else None]
+        for name in (CAMERAS[:1] if quick else CAMERAS)
+    ]
+    lines = judge_all(scenarios, tracker_parameters(CONFIG), WORKERS)
+    found = total(lines)
+    print(as_markdown([*lines, found], "with cameras"))
+    mota = None if quick else found.score.mota
+    return [
+        metric("cameras_mota", mota, ""),
+        metric("cameras_false_moving_share", found.score.false_moving_share, "", "< 0.01"),
+    ]
 
 
 def accuracy(scenarios: list[TrackingScenario], quick: bool) -> list[dict]:

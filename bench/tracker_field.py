@@ -14,6 +14,7 @@ from safe_passage.core.geometry import Pose, compose, inverse, placed, rotation
 from safe_passage.monitoring.aggregation import Measurement
 from safe_passage.monitoring.parameters import CLOUD, SourceParameters, TrackerParameters
 from safe_passage.monitoring.preprocessing import cloud_points, scan_points
+from safe_passage.monitoring.views import ScanView
 
 BEAMS = 1081
 PIXELS = 20000
@@ -121,6 +122,6 @@ def prepare(stamp: float, pose: Pose, raw: Sequence[np.ndarray]) -> list[Measure
             ranges = np.hypot(points[:, 0], points[:, 1])
             scan_points(ranges, -0.75 * math.pi, 1.5 * math.pi / (BEAMS - 1), np.eye(4), source)
             points = np.column_stack([points, np.zeros(len(points))])
-        origin = None if source.type == CLOUD else (0.0, 0.0)
-        prepared.append(Measurement(source.name, stamp, pose, points, origin))
+        view = None if source.type == CLOUD else ScanView.of(points, (0.0, 0.0))
+        prepared.append(Measurement(source.name, stamp, pose, points, view))
     return prepared

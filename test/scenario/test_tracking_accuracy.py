@@ -40,6 +40,13 @@ def test_what_stands_is_not_called_moving_while_the_robot_drives(lines):
     assert lines["static_driving"].score.false_moving_share < 0.02
 
 
+def test_nothing_moves_that_comes_into_the_view_of_a_camera_on_a_turning_robot():
+    scenario = Catalogue(CONFIG, TUNING_SEED, camera_rate=5.0).make("static_turning")
+    (line,) = judge_all([scenario], tracker_parameters(CONFIG), Workers())
+    assert line.score.static_tracks > 50
+    assert line.score.false_moving_share < 0.02
+
+
 def test_the_papers_extensions_are_worth_it(scenarios, lines):
     baseline = total(
         judge_all(scenarios, tracker_parameters(CONFIG, ABLATION["baseline"]), Workers())

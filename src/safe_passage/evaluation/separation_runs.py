@@ -21,6 +21,7 @@ from safe_passage.monitoring.aggregation import Measurement
 from safe_passage.monitoring.parameters import SourceParameters, TrackerParameters
 from safe_passage.monitoring.pipeline import ObstacleTracker, Snapshot
 from safe_passage.monitoring.preprocessing import scan_points
+from safe_passage.monitoring.views import ScanView
 from safe_passage.separation import (
     Obstacles,
     RobotState,
@@ -216,8 +217,8 @@ def measured(
     """A scan taken now, as the tracker takes it."""
     first, second = lidar.angles()[:2]
     points = scan_points(ranges, first, second - first, lidar.pose_in_base(), source)
-    origin = lidar.x, lidar.y
-    return Measurement(lidar.name, simulator.time, simulator.base.odometry, points, origin)
+    view = ScanView.of(points, (lidar.x, lidar.y))
+    return Measurement(lidar.name, simulator.time, simulator.base.odometry, points, view)
 
 
 def obstacles_of(snapshot: Snapshot) -> Obstacles:

@@ -93,10 +93,11 @@ class Catalogue:
     Args:
         config: folder of the package's worlds and robots.
         seed: of people's ways and all noise.
+        camera_rate: [Hz] at which each camera looks; 0: only where the scenario is about cameras.
     """
 
-    def __init__(self, config: Path, seed: int) -> None:
-        self._config, self._seed = config, seed
+    def __init__(self, config: Path, seed: int, camera_rate: float = 0.0) -> None:
+        self._config, self._seed, self._camera_rate = config, seed, camera_rate
         self._robot = load_robot(config / "robots" / "omnirob.yaml").without_arm()
 
     def names(self) -> tuple[str, ...]:
@@ -138,6 +139,7 @@ class Catalogue:
         camera_rate: float = 0.0,
         shift: float = 1.0,
     ) -> TrackingScenario:
+        camera_rate = self._camera_rate or camera_rate
         robot: Robot = self._robot if camera_rate else replace(self._robot, cameras=())
         return TrackingScenario(
             *("", self._seed, seconds, world, robot, tuple(people), start, tuple(program)),

@@ -35,6 +35,7 @@ from safe_passage.monitoring.aggregation import Measurement
 from safe_passage.monitoring.parameters import SourceParameters, TrackerParameters
 from safe_passage.monitoring.pipeline import ObstacleTracker, Snapshot
 from safe_passage.monitoring.preprocessing import scan_points
+from safe_passage.monitoring.views import ScanView
 
 LEGS, VEHICLE, NOBODY, CAME = "marked legs", "other vehicle", "nobody there", "what came"
 GAP = 1.0  # [s] without scans: what was cut out of a recording; the tracker begins anew
@@ -194,7 +195,9 @@ def _measurement(
     source, T = sources[scanner.name], matrix(scanner.mounting)
     points = scan_points(ranges, scan.angle_min, scan.angle_increment, T, source)
     pose = pose_at(recording.way, scan.stamp)
-    return Measurement(source.name, scan.stamp, pose, points, scanner.mounting[:2])
+    return Measurement(
+        source.name, scan.stamp, pose, points, ScanView.of(points, scanner.mounting[:2])
+    )
 
 
 def truth_of(ran: Run) -> tuple[People, list[np.ndarray]]:

@@ -108,7 +108,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args = _parser().parse_args(arguments)
     workers = Workers(args.processes)
     try:
-        catalogue = Catalogue(args.config, args.seed)
+        catalogue = Catalogue(args.config, args.seed, args.cameras)
         names = [n for n in catalogue.names() if not args.only or any(o in n for o in args.only)]
         scenarios = [catalogue.make(name) for name in names]
         if args.ablation:
@@ -142,6 +142,13 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="tracking_report", description=__doc__)
     parser.add_argument("--config", type=Path, default=CONFIG, metavar="FOLDER")
     parser.add_argument("--seed", type=int, default=TUNING_SEED, metavar="N", help="%(default)s")
+    parser.add_argument(
+        "--cameras",
+        type=float,
+        default=0.0,
+        metavar="HZ",
+        help="depth cameras, too (default: %(default)s)",
+    )
     parser.add_argument("--ablation", action="store_true", help="what each extension adds")
     parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="parts of names")
     parser.add_argument(

@@ -15,6 +15,7 @@ from safe_passage.monitoring.aggregation import Measurement
 from safe_passage.monitoring.parameters import SourceParameters, TrackerParameters
 from safe_passage.monitoring.pipeline import ObstacleTracker, Snapshot
 from safe_passage.monitoring.preprocessing import cloud_points, scan_points
+from safe_passage.monitoring.views import CloudView, ScanView, View
 
 FRESH = 0.3  # [s] a track seen so long ago is said to be there, as a person is (truth)
 # Each row of the ablation adds to the one before it.
@@ -78,30 +79,23 @@ def measurements(recording: Recording, parameters: TrackerParameters) -> list[li
     turning = recording.scenario.lidar3d
     rays: np.ndarray = turning.directions().astype(np.float32) if turning else np.empty((0, 3))
 
-    def points(raw: Raw) -> np.ndarray:
+    def seen(raw: Raw) -> tuple[np.ndarray, View | None]:
         if turning and raw.sensor == turning.name:
             returned = np.isfinite(raw.data)
             cloud = rays[returned] * raw.data[returned, None]
-            return cloud_points(cloud, turning.pose_in_base(), sources[raw.sensor])
+            return cloud_points(cloud, turning.pose_in_base(), sources[raw.sensor]), None
         if raw.sensor in cameras:
             pose = cameras[raw.sensor].pose_in_base()
-            return cloud_points(raw.data, pose, sources[raw.sensor])
+            view = CloudView.of(raw.data, pose)
+            return cloud_points(raw.data, pose, sources[raw.sensor]), view
         lidar = lidars[raw.sensor]
         first, second = lidar.angles()[:2]
         pose = lidar.pose_in_base()
-        return scan_points(raw.data, first, second - first, pose, sources[raw.sensor])
-
-    def origin(sensor: str) -> tuple[float, float] | None:
-        if sensor not in lidars:
-            return None
-        x, y = lidars[sensor].pose_in_base()[:2, 3]
-        return float(x), float(y)
+        points = scan_points(raw.data, first, second - first, pose, sources[raw.sensor])
+        return points, ScanView.of(points, (lidar.x, lidar.y))
 
     return [
-        [
-            Measurement(raw.sensor, raw.stamp, raw.pose, points(raw), origin(raw.sensor))
-            for raw in cycle
-        ]
+        [Measurement(raw.sensor, raw.stamp, raw.pose, *seen(raw)) for raw in cycle]
         for cycle in recording.raw
     ]
 

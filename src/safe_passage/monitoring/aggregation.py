@@ -10,6 +10,7 @@ import numpy as np
 
 from safe_passage.core.geometry import Pose, compose, inverse, rotation
 from safe_passage.monitoring.parameters import SourceParameters
+from safe_passage.monitoring.views import View
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class Measurement:
     stamp: float  # [s]
     pose: Pose  # of base in the odometry's frame at the stamp
     points: np.ndarray  # (N, 3) x, y, z [m], frame base at the stamp; a 4th column: 1 if shadowed
-    origin: tuple[float, float] | None = None  # [m] of a scanner in base: its beams were free
+    view: View | None = None  # what its beams passed was free; None: nobody knows
 
 
 @dataclass(frozen=True)

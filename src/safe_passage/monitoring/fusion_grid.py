@@ -22,6 +22,7 @@ class FusionGrid:
     position: np.ndarray  # (K, 2) [m] mean of the points in it, frame base
     counts: np.ndarray  # (K, S) points of each sensor
     height: np.ndarray  # (K, 2) [m] lowest and highest point of 3D sensors, NaN: none saw it
+    scanned: np.ndarray  # (K,) bool: scanners, which tell no heights, have points in it
     age: np.ndarray  # (K,) [s] mean of its points
     shadowed: np.ndarray  # (K,) bool: the object may go on behind a nearer one, or beyond the grid
     fresh: np.ndarray  # (K, 3) mean x, y [m] and age [s] of its fresh points, NaN: it has none
@@ -94,6 +95,7 @@ class Fusion:
             np.stack(mean[:2], axis=1),
             counts.reshape(count, sensors),
             _heights(at, xyz[:, 2], self._heights[sensor], count),
+            counts.reshape(count, sensors)[:, ~self._heights].any(axis=1),
             mean[2],
             rim | (np.bincount(at, points.shadowed[inside], minlength=count) > 0),
             np.stack(new, axis=1),

@@ -172,6 +172,7 @@ def classify(
     known: np.ndarray,
     features: Features,
     dt: float,
+    cameras: np.ndarray,
     parameters: TrackerParameters,
 ) -> Tracks:
     """Whether the tracks `known` (M,) move: fast, significantly so, and away from their origin.
@@ -182,6 +183,8 @@ def classify(
     Args:
         features: (M,) of what was seen of them; of what is partly hidden nothing new is learnt.
         dt: [s] since the last cycle.
+        cameras: (S,) bool, sensors that see a part of what is around: while the robot drives other
+            parts of things come into their view. What they alone see moves if it is new there.
     """
     velocity = tracks.velocity[known]
     way = tracks.x[known, :2] - tracks.origin[known]
@@ -194,6 +197,7 @@ def classify(
         & (tracks.cells[known] > 1)  # a single cell flickers between one thing and the next
     )
     fast &= ~_legs(tracks, known)
+    fast &= new | (features.counts[:, ~cameras] > 0).any(axis=1)
     dt_seen = np.where(new, dt / TIME_NEW, np.where(features.shadowed, 0.0, dt))
     during = _replaced(
         tracks.fast,

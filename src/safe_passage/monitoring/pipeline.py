@@ -86,7 +86,7 @@ class ObstacleTracker:
         seen, known = associate(hypotheses, tracks, established, self._three_dimensional, self._p)
         tracks = observe(tracks, grid, hypotheses, (seen, known), pose, self._aligner, self._p)
         features = hypotheses.features.of(seen)
-        tracks = classify(tracks, known, features, self._elapsed(stamp), self._p)
+        tracks = classify(tracks, known, features, self._elapsed(stamp), self._cameras(), self._p)
         tracks = self._steadied(tracks, self._elapsed(stamp))
         tracks = self._drop_lost(tracks, hypotheses, seen, known, established)
         tracks = self._start_new(tracks, grid, hypotheses, seen, stamp, pose)
@@ -110,6 +110,11 @@ class ObstacleTracker:
         stands = ~tracks.moving & (_sizes(tracks) > self._p.body_size)
         pairs = zip(tracks.shapes, tracks.references, stands)
         return [reference if still else shape for shape, reference, still in pairs]
+
+    def _cameras(self) -> np.ndarray:
+        """(S,) bool, as far as is known what they see."""
+        known = self._free_space.cameras() if self._p.free_space else set()
+        return np.array([source.name in known for source in self._p.sources], bool)
 
     def _elapsed(self, stamp: float) -> float:
         """[s] since the last cycle."""

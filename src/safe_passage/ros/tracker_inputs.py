@@ -14,6 +14,7 @@ from tf2_msgs.msg import TFMessage
 from safe_passage.monitoring.aggregation import Measurement
 from safe_passage.monitoring.parameters import LASER, SourceParameters
 from safe_passage.monitoring.preprocessing import cloud_points, scan_points
+from safe_passage.monitoring.views import CloudView, ScanView, View
 from safe_passage.ros.conversions import from_transform, planar_pose
 from safe_passage.ros.diagnostics import NodeDiagnostics
 from safe_passage.ros.fields_of_view import FieldOfView, of_cloud, of_scan
@@ -136,7 +137,9 @@ class _Source:
             beams = (content.ranges, content.angle_min, content.angle_increment)
             points = scan_points(*beams, T_base_sensor, source)
             origin = float(T_base_sensor[0, 3]), float(T_base_sensor[1, 3])
+            view: View | None = ScanView.of(points, origin)
         else:
-            points, origin = cloud_points(content, T_base_sensor, source), None
+            points = cloud_points(content, T_base_sensor, source)
+            view = CloudView.of(content, T_base_sensor)
         self._last = received, T_base_sensor
-        return stamp, Measurement(source.name, stamp.to_sec(), pose, points, origin)
+        return stamp, Measurement(source.name, stamp.to_sec(), pose, points, view)

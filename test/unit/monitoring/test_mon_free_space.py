@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from camera_room import body, camera, cloud
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from safe_passage.core.geometry import compose, inverse, placed
 from safe_passage.monitoring.aggregation import Measurement, Points
 from safe_passage.monitoring.free_space import APART, KEPT, PASSING, FreeSpace
 from safe_passage.monitoring.fusion_grid import Fusion
+from safe_passage.monitoring.views import CloudView, ScanView
 
 STILL = (0.0, 0.0, 0.0)
 ROOM = 5.0  # [m] radius
@@ -32,7 +34,8 @@ def room(scanner=(0.0, 0.0), thing=None, radius=0.15) -> np.ndarray:
 
 def scan(stamp, points, pose=STILL, scanner=(0.0, 0.0)) -> Measurement:
     """`points` in the odometry's frame, measured from `scanner` in base."""
-    return Measurement("laser", stamp, pose, placed(points, inverse(pose)), scanner)
+    in_base = placed(points, inverse(pose))
+    return Measurement("laser", stamp, pose, in_base, ScanView.of(in_base, scanner))
 
 
 def judged(memory: FreeSpace, places, stamp, pose=STILL):
@@ -100,11 +103,30 @@ def test_not_every_scan_is_kept():
     assert judged(memory, [(1.87, 0.0)], 1.5)[1] == [False]
 
 
-def test_a_camera_tells_nothing():
+def test_a_scanner_sees_under_a_table_that_only_a_camera_sees():
     memory = FreeSpace()
-    points = np.column_stack([room(), np.ones(720)])
-    memory.add(Measurement("camera", 0.0, STILL, points))
-    assert judged(memory, [(2.0, 0.0)], 1.0) == ([False], [False])
+    for k in range(4):
+        memory.add(scan(0.5 * k, room()))
+    xyz = np.array([[2.0, 1.0, 0.7], [2.0, -1.0, 0.0]], np.float32)
+    sensor, nothing = np.array([1, 0]), np.zeros(2)
+    both = Points(xyz, nothing > 0, sensor, nothing, nothing == 0)
+    grid = Fusion(15.0, 0.1, np.array([False, True])).fuse(both)
+    new = memory.judged(grid, STILL, 1.6).new
+    assert new.tolist() == [True, False]  # in rows from the right: what the scanner sees came
+
+
+def test_a_camera_knows_who_comes_and_what_stood_there():
+    memory, T = FreeSpace(), camera()
+    for k in range(4):
+        points = cloud(T, body(3.0, 1.0))
+        memory.add(Measurement("camera", 0.5 * k, STILL, points, CloudView.of(points, T)))
+    xyz = np.array([[2.5, -0.5, 0.2], [2.5, -0.5, 1.6], [2.8, 1.0, 0.2], [2.8, 1.0, 1.6]])
+    nothing = np.zeros(4)
+    seen = Points(xyz.astype(np.float32), nothing > 0, nothing.astype(int), nothing, nothing == 0)
+    grid = memory.judged(Fusion(15.0, 0.1, np.array([True])).fuse(seen), STILL, 1.6)
+    assert grid.new.tolist() == [True, False]
+    assert grid.stood.tolist() == [False, True]
+    assert memory.cameras() == {"camera"}
 
 
 def test_a_scan_out_of_order_is_not_the_last():
