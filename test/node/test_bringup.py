@@ -80,6 +80,8 @@ class BringupTest(unittest.TestCase):
             [(BRINGUP, [f"robot:={robot}"])], None, verbose=False
         )
         self.diagnostics = {node.name: Diagnostics(node.name, self.news) for node in config.nodes}
+        for node in ("robot", "separation_monitor", "local_costmap"):
+            rospy.set_param(f"{node}/left_behind", 1)  # by another robot's yaml
         self.launched = roslaunch.parent.ROSLaunchParent(
             rospy.get_param("/run_id"),
             [(BRINGUP, [f"robot:={robot}", *self.arguments])],
@@ -99,6 +101,9 @@ class BringupTest(unittest.TestCase):
 
     def comes_up(self, robot, topics):
         self.start(robot, topics)
+        for node in ("robot", "separation_monitor", "local_costmap"):
+            self.assertFalse(rospy.has_param(f"{node}/left_behind"), node)
+        self.assertEqual(rospy.get_param("robot/name"), robot)
         missing = lambda: set(self.topics) - set(self.latest)  # noqa: E731
         self.wait(lambda: not missing(), lambda: f"{missing()} of {robot}")
         self.wait(
