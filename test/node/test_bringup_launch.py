@@ -45,6 +45,7 @@ class LaunchTest(unittest.TestCase):
         for robot, nodes in BY_DEFAULT.items():
             config = load(f"robot:={robot}")
             self.assertEqual(names(config), nodes, robot)
+            self.assertEqual(told_to_run(config), nodes, robot)
             self.assertEqual(config.config_errors, [], robot)
 
     def test_every_node_can_be_left_out(self):
@@ -140,6 +141,33 @@ class LaunchTest(unittest.TestCase):
             for node in config.nodes:
                 absolute = [pair for pair in node.remap_args if pair[1].startswith("/")]
                 self.assertEqual(absolute, [], node.name)
+
+    def test_two_hosts(self):
+        file = str(PACKAGE / "launch/examples/two_hosts.launch")
+        for robot, there in (
+            ("summit_xl", {"person_detector"}),
+            ("omnirob", {"person_detector", "depth_self_filter"}),
+        ):
+            config = roslaunch.config.load_config_default(
+                [(file, [f"robot:={robot}", "camera_host:=camera"])],
+                None,
+                verbose=False,
+                assign_machines=False,  # there is no such host
+            )
+            self.assertEqual(config.config_errors, [])
+            self.assertEqual(names(config), BY_DEFAULT[robot])
+            away = {node.name for node in config.nodes if node.machine_name == "camera_host"}
+            self.assertEqual(away, there)
+            self.assertEqual(told_to_run(config), BY_DEFAULT[robot])
+            (tracker,) = (node for node in config.nodes if node.name == "obstacle_tracker")
+            remapped = dict(tracker.remap_args).get("depth_filtered/points")
+            self.assertEqual(remapped, "depth_filtered/points")
+
+
+def told_to_run(config):
+    """The nodes of which tools are told that they should run."""
+    prefix = "/bringup/nodes/"
+    return {key[len(prefix) :] for key in config.params if key.startswith(prefix)}
 
 
 TWO_ROBOTS = """<launch>
