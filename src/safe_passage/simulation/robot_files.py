@@ -25,7 +25,13 @@ NODES: dict[str, tuple[str, ...]] = {
     "scan_assembler": (),
     "scan_segmentation_server": ("robots",),
 }
-ROUND = "robot_radius"  # of a round robot, in place of footprint
+
+SENSORS = {  # node -> the sensors of the key robot, without which it has nothing to do
+    "person_detector": "cameras",
+    "depth_self_filter": "cameras",
+    "safety_area_merger": "lidars",
+    "scan_assembler": "scanners",
+}
 
 
 @dataclass(frozen=True)
@@ -37,13 +43,18 @@ class RobotFile:
 
     def lacks(self, nodes: Sequence[str]) -> list[str]:
         """NODE/KEY of what these nodes must be told of the robot and are not."""
-        missing = []
-        for node in nodes:
-            said = set(self.overlays.get(node, ()))
-            if ROUND in said:
-                said.add("footprint")
-            missing += [f"{node}/{key}" for key in NODES[node] if key not in said]
-        return missing
+        return [
+            f"{node}/{key}"
+            for node in nodes
+            for key in NODES[node]
+            if key not in self.overlays.get(node, ())
+        ]
+
+    def idle(self, nodes: Sequence[str]) -> list[str]:
+        """Those of the nodes for which the robot has no sensor."""
+        return [
+            node for node in nodes if node in SENSORS and not getattr(self.robot, SENSORS[node])
+        ]
 
 
 def load_robot_file(path: Path) -> RobotFile:
@@ -84,5 +95,8 @@ def main(arguments: Sequence[str]) -> int:
     except SafePassageError as error:
         print(f"check_robot: {error}", file=sys.stderr)
         return 1
+    for node in found.idle(started):
+        said = f"no {SENSORS[node]} in its key robot: {node}:=false leaves that node out"
+        print(f"check_robot: {arguments[0]}: {said}", file=sys.stderr)
     print(f"{found.robot.name}: all well; parameters of {', '.join(found.overlays) or 'no node'}")
     return 0

@@ -63,6 +63,16 @@ def test_nodes_accept_them(robot, node):
     BUILDERS[node](overlaid(default(node), overlay(robot, node)), f"/{node}")
 
 
+def test_a_round_robot_says_that_it_has_no_other_footprint():
+    told = {"footprint": [], "robot_radius": 0.4}
+    values = overlaid(default("separation_monitor"), told)
+    assert make_separation_parameters(values, "").robot_radius == 0.4
+    with pytest.raises(ParameterError, match="one of the two"):
+        make_separation_parameters(
+            overlaid(default("separation_monitor"), {"robot_radius": 0.4}), ""
+        )
+
+
 @pytest.mark.parametrize("node", BUILDERS)
 def test_a_wrong_key_is_refused_by_its_node(node):
     values = overlaid(default(node), {"footprnt": [[0.0, 1.0]]})

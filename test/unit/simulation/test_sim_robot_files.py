@@ -78,7 +78,6 @@ def test_what_another_robot_would_lend_is_missed(tmp_path):
         "obstacle_tracker/footprint",
         "obstacle_tracker/sources",
     ]
-    assert read(write(tmp_path, local_costmap={"robot_radius": 0.3})).lacks(["local_costmap"]) == []
 
 
 @pytest.mark.parametrize("path", ROBOTS, ids=lambda path: path.stem)
@@ -95,6 +94,15 @@ def test_check_robot_says_what_is_missing_for_what_runs(tmp_path, capsys):
     said = capsys.readouterr().err
     assert "local_costmap/footprint must be said" in said and "obstacle_tracker" not in said
     assert main([str(tmp_path / "none.yaml")]) == 1 and "none.yaml" in capsys.readouterr().err
+
+
+def test_check_robot_says_which_nodes_would_have_nothing_to_do(tmp_path, capsys):
+    path = str(write(tmp_path, robot={**ROBOT, "lidars": [{}]}))
+    switches = ["safety_area_merger:=true", "person_detector:=true", "depth_self_filter:=false"]
+    assert main([path, *switches]) == 0
+    said = capsys.readouterr().err
+    assert "no cameras in its key robot: person_detector:=false leaves" in said
+    assert "safety_area_merger" not in said and "depth_self_filter" not in said
 
 
 @pytest.mark.parametrize("arguments", [[], ["a.yaml", "wheels:=true"], ["a.yaml", "move_base"]])
