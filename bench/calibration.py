@@ -8,7 +8,12 @@ from pathlib import Path
 
 import numpy as np
 from safe_passage.core.errors import InputError
-from safe_passage.evaluation.calibration_real import calibrate_real, load_real_arm, medians
+from safe_passage.evaluation.calibration_real import (
+    RealOutcome,
+    calibrate_real,
+    load_real_arm,
+    medians,
+)
 from safe_passage.evaluation.calibration_report import (
     ROTATION,
     TRANSLATION,
@@ -124,6 +129,7 @@ def real(guesses: int) -> list[dict]:
             metric(f"real_median_mm{tail}", 1e3 * max(o.median for o in found), "mm", bars[0]),
             metric(f"real_to_reference_mm{tail}", max(nearer), "mm", bars[1]),
             metric(f"real_refused{tail}", sum(o.result.verdict.name != "OK" for o in found), ""),
+            metric(f"real_standard_deviation_mm{tail}", 1e3 * max(map(spread, found)), "mm"),
         ]
         for name in arm.references:
             short = name[3:].split("_")[0]
@@ -135,6 +141,12 @@ def real(guesses: int) -> list[dict]:
         short = name[3:].split("_")[0]
         rows.append(metric(f"real_median_of_{short}_mm", 1e3 * max(medians(arm, T)), "mm"))
     return rows
+
+
+def spread(found: RealOutcome) -> float:
+    """[m] that the result itself says of the camera's place; inf: nothing is known."""
+    said = found.result.uncertainty
+    return np.inf if said is None else said.translation
 
 
 def worst(found: list, what: str, name: str) -> float:

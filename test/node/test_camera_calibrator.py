@@ -25,7 +25,7 @@ from sensor_msgs.msg import PointCloud2
 
 NAME = "/robot1/camera_calibrator"
 SHOWN = "before/sensor", "before/reference", "after/sensor", "after/reference"
-POSES = 4
+POSES = 5
 PATIENCE = rospy.Duration(4 * TIMEOUT)
 
 
@@ -171,7 +171,7 @@ class CameraCalibratorTest(unittest.TestCase):
         return result.verdict == "NO_GUESS" and self.world.frame in result.why
 
     def test_6_an_arm_that_is_held_in_too_few_poses(self):
-        self.assert_refused("TOO_FEW_POSES", "of 4 poses", timeout=1.0)
+        self.assert_refused("TOO_FEW_POSES", "of 5 poses", timeout=1.0)
 
     def until_feedback(self, reached, what):
         """Wait for a feedback of the last goal."""

@@ -26,10 +26,14 @@ def test_five_poses_give_the_cameras_place_from_a_bad_guess() -> None:
     assert max(one.held_out for one in found) <= 0.007
 
 
-def test_a_real_arm_is_found_from_a_bad_guess(recordings: Path) -> None:
+def test_a_real_arm_is_found_from_a_bad_guess_as_far_as_its_poses_agree(recordings: Path) -> None:
     if not (recordings / "arm_depth").is_dir():
         pytest.skip("arm_depth is not among the recordings")
     found = calibrate_real(load_real_arm(recordings), "GICP", 3, 0.1, np.radians(10.0))
-    assert found.result.verdict is Verdict.OK, found.result.why
+    spread = found.result.uncertainty
+    assert spread is not None
+    assert found.result.verdict is Verdict.UNCERTAIN, found.result.why  # only that, and rightly:
+    off = min(found.to_reference.values())
+    assert 0.5 * spread.translation < off < 2.0 * spread.translation
     assert found.median <= 0.008  # published estimates: 0.008 to 0.009
     assert min(found.at_arm.values()) <= 0.012  # stereo depth is off by more than they differ

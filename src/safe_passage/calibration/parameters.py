@@ -41,6 +41,8 @@ class CalibrationParameters:
     most_rms: float = 0.015  # [m]
     least_points: int = 500  # seen on the arm
     least_observability: float = 0.01  # eigenvalue, 1/6 were all directions alike
+    most_translation: float = 0.0015  # [m] standard deviation of the camera's place
+    most_rotation: float = 0.0017  # [rad] the same of its rotation
 
     def __post_init__(self) -> None:
         check_choice("method", self.method, METHODS)
@@ -68,3 +70,5 @@ class CalibrationParameters:
         check_range("most_rms", self.most_rms, 0.001, 1.0, "m")
         check_range("least_points", self.least_points, 10, 1_000_000, "points")
         check_range("least_observability", self.least_observability, 0.0, 0.17, "")
+        check_range("most_translation", self.most_translation, 1e-5, 1.0, "m")
+        check_range("most_rotation", self.most_rotation, 1e-5, 1.0, "rad")

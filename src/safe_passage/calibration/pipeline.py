@@ -21,6 +21,7 @@ from safe_passage.calibration.quality import (
 )
 from safe_passage.calibration.registration import Cloud, register
 from safe_passage.calibration.start import agreement, around, laid_on, moving
+from safe_passage.calibration.uncertainty import Uncertainty, offsets, uncertainty
 from safe_passage.robot_model import PinholeCamera, RobotModel
 
 OUTLINE_STEP = 6  # [px] of what the start is looked for by
@@ -36,6 +37,7 @@ class Verdict(enum.Enum):
     FEW_INLIERS = "too little of the model has been seen where it should be"
     LARGE_RMS = "the sensor's points do not lie on the model"
     UNOBSERVABLE = "the poses leave a direction undetermined"
+    UNCERTAIN = "the poses determine a direction too weakly"
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ class Calibration:
     inliers: float  # share of the model's visible points that have been seen
     residuals: tuple[Residual, ...]  # of each pose
     observability: Observability | None
+    uncertainty: Uncertainty | None = None  # None: of too few poses
 
     @property
     def T_align(self) -> np.ndarray:  # noqa: N802
@@ -200,6 +203,13 @@ class ArmCalibrator:
         sensor = _cropped(_moved(T, cloud), one.points, p.last_distance)
         return residual(sensor, one, p.last_distance, p.inlier_distance)
 
+    def _uncertainty(
+        self, clouds: list[np.ndarray], surfaces: list[VisibleSurface], T: np.ndarray
+    ) -> Uncertainty | None:
+        near = self._p.last_distance
+        pairs = [(_cropped(_moved(T, c), s.points, near), s) for c, s in zip(clouds, surfaces)]
+        return uncertainty([offsets(sensor, s, near) for sensor, s in pairs], T[:3, 3])
+
     def _judged(
         self,
         views: Sequence[ArmView],
@@ -220,7 +230,10 @@ class ArmCalibrator:
         rms = float(np.sqrt(np.nansum(weights * [one.rms**2 for one in residuals]) / points))
         inliers = float((shown * [one.inliers for one in residuals]).sum() / shown.sum())
         held = observability([one for one in surfaces if len(one.points)])
-        verdict, why = Verdict.OK, f"{Verdict.OK.value}: rms {1e3 * rms:.1f} mm"
+        spread = self._uncertainty(clouds, surfaces, T)
+        allowed = Uncertainty(p.most_translation, p.most_rotation)
+        figures = f"rms {1e3 * rms:.1f} mm, pose +- {spread or 'unknown'}"
+        verdict, why = Verdict.OK, f"{Verdict.OK.value}: {figures}"
         for wrong, reason, figures in (
             (not settled, Verdict.NOT_CONVERGED, f"after {p.rounds} rounds"),
             (inliers < p.least_inliers, Verdict.FEW_INLIERS, f"{inliers:.2f}"),
@@ -230,11 +243,17 @@ class ArmCalibrator:
                 Verdict.UNOBSERVABLE,
                 f"{held.weakest}: {held.eigenvalues[0]:.4f}",
             ),
+            (
+                spread is not None and spread.exceeds(allowed),
+                Verdict.UNCERTAIN,
+                f"{spread and spread.direction}: pose +- {spread}, "
+                f"allowed +- {allowed}; take more poses",
+            ),
         ):
             if wrong:
                 verdict, why = reason, f"{reason.value}: {figures}"
                 break
-        return Calibration(verdict, why, T, T_initial, rms, inliers, residuals, held)
+        return Calibration(verdict, why, T, T_initial, rms, inliers, residuals, held, spread)
 
 
 def _moved(T: np.ndarray, points: np.ndarray) -> np.ndarray:

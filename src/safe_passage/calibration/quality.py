@@ -25,9 +25,13 @@ class Observability:
     @property
     def weakest(self) -> str:
         """The least determined direction in words."""
-        row = self.directions[0]
-        parts = [f"{row[i]:+.1f} {AXES[i]}" for i in np.argsort(-np.abs(row)) if abs(row[i]) > 0.3]
-        return ", ".join(parts)
+        return in_words(self.directions[0])
+
+
+def in_words(row: np.ndarray) -> str:
+    """A direction (6,) of the pose: turns about, shifts in x, y, z."""
+    parts = [f"{row[i]:+.1f} {AXES[i]}" for i in np.argsort(-np.abs(row)) if abs(row[i]) > 0.3]
+    return ", ".join(parts)
 
 
 def observability(surfaces: list[VisibleSurface]) -> Observability:

@@ -63,6 +63,13 @@ def as_yaml(result: Calibration, T: np.ndarray, parent: str, child: str) -> str:
         "pose_rms_mm": [round(1e3 * one.rms, 3) for one in result.residuals],
         "pose_inlier_ratio": [round(one.inliers, 4) for one in result.residuals],
     }
+    spread = result.uncertainty
+    if spread is not None:
+        values["standard_deviation"] = {
+            "translation_mm": round(1e3 * spread.translation, 3),
+            "rotation_deg": round(float(np.degrees(spread.rotation)), 4),
+            "direction": spread.direction,
+        }
     if held is not None:
         values["observability"] = {
             "eigenvalues": [round(float(value), 5) for value in held.eigenvalues],

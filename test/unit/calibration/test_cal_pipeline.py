@@ -114,3 +114,32 @@ def test_it_can_be_given_up_between_registrations(monkeypatch: pytest.MonkeyPatc
         calibrator.calibrate(views(model, JOINTS), off(T_TRUE, 0.05, 5.0), check)
     assert asked == [0, 1, 2, 3, 4]  # once for each registration
     assert len(registrations) == 4
+
+
+def test_poses_that_disagree_are_no_result() -> None:
+    """An encoder that is off by two degrees in one pose: points still lie near the model."""
+    model = load_robot_model(ARM, {})
+    joints = [{"a": a, "b": b} for a, b in POSES[:4]]
+    seen = views(model, joints)
+    calibrator = ArmCalibrator(model, CAMERA, CalibrationParameters())
+    right = calibrator.calibrate(seen, off(T_TRUE, 0.02, 2.0))
+    assert right.verdict is Verdict.OK, right.why
+    assert right.uncertainty is not None
+    assert right.uncertainty.translation < 0.001
+    seen[2] = ArmView(seen[2].depth, {**joints[2], "a": joints[2]["a"] + np.radians(2.0)})
+    wrong = calibrator.calibrate(seen, off(T_TRUE, 0.02, 2.0))
+    assert wrong.verdict is Verdict.UNCERTAIN, wrong.why
+    assert "allowed" in wrong.why
+    assert "shift in" in wrong.why
+    loose = ArmCalibrator(
+        model, CAMERA, CalibrationParameters(most_translation=1.0, most_rotation=1.0)
+    )
+    assert loose.calibrate(seen, off(T_TRUE, 0.02, 2.0)).verdict is Verdict.OK
+
+
+def test_one_pose_has_nothing_that_could_disagree() -> None:
+    model = load_robot_model(ARM, {})
+    calibrator = ArmCalibrator(model, CAMERA, CalibrationParameters())
+    result = calibrator.calibrate(views(model, JOINTS[1:2]), off(T_TRUE, 0.02, 2.0))
+    assert result.uncertainty is None
+    assert "unknown" in result.why
