@@ -9,6 +9,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "safe_passage/core/cloud_header.h"
+
 namespace safe_passage::person_detection {
 
 namespace {
@@ -25,6 +27,7 @@ bool has_fields(const pcl::PCLPointCloud2& cloud) {
 }  // namespace
 
 RgbdFrame load_pcd(const std::string& path) {
+  refuse_lying_header(path);
   pcl::PCDReader reader;
   pcl::PCLPointCloud2 header;
   pcl::PointCloud<pcl::PointXYZRGB> cloud;

@@ -10,10 +10,10 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "safe_passage/core/cloud_header.h"
+
 namespace safe_passage::scan_segmentation {
 namespace {
-
-constexpr double kMostPointsAByte = 100.0;  // compressed zeros; more is a header that lies
 
 const pcl::PCLPointField* find(const pcl::PCLPointCloud2& cloud,
                                std::initializer_list<const char*> names) {
@@ -59,13 +59,11 @@ template <typename Reader>
 void read(Reader reader, const std::string& path, pcl::PCLPointCloud2* cloud,
           Eigen::Vector4f* origin) {
   Eigen::Quaternionf orientation;
+  refuse_lying_header(path);
   int version = 0, type = 0;
   unsigned int index = 0;
   if (reader.readHeader(path, *cloud, *origin, orientation, version, type, index) < 0)
     throw std::runtime_error(path + ": its header cannot be read");
-  const double bytes = static_cast<double>(std::filesystem::file_size(path));
-  if (static_cast<double>(cloud->width) * cloud->height > kMostPointsAByte * bytes)
-    throw std::runtime_error(path + ": its header tells of more points than the file can hold");
   if (!find(*cloud, {"x"}) || !find(*cloud, {"y"}) || !find(*cloud, {"z"}))
     throw std::runtime_error(path + ": lacks fields x, y, z");
   if (reader.read(path, *cloud, *origin, orientation, version) < 0)

@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from safe_passage.core.errors import InputError, ParameterError
 from safe_passage.evaluation.segment_scan import main, read_configuration
 from safe_passage.evaluation.segmentation_places import garage, room
@@ -64,12 +66,15 @@ def test_compressed_pcd(tmp_path):
     check(read_cloud(tmp_path / "c.pcd"))
 
 
-def test_ply(tmp_path):
-    header = (
-        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+def ply(points=4) -> str:
+    return (
+        f"ply\nformat ascii 1.0\nelement vertex {points}\nproperty float x\nproperty float y\n"
         "property float z\nproperty float intensity\nend_header\n"
     )
-    (tmp_path / "d.ply").write_text(header + lines())
+
+
+def test_ply(tmp_path):
+    (tmp_path / "d.ply").write_text(ply() + lines())
     check(read_cloud(tmp_path / "d.ply"))
 
 
@@ -94,6 +99,8 @@ def test_3dtk_is_turned_and_scaled_and_knows_lost_beams(tmp_path):
         ("fields.pcd", pcd("x y intensity") + lines()),
         ("short.pcd", pcd(kind="binary") + "abc"),
         ("lies.pcd", pcd(width=10**9, height=4, points=4 * 10**9) + lines()),
+        ("fat.pcd", pcd().replace("COUNT 1", f"COUNT {10**9}") + lines()),
+        ("lies.ply", ply(10**10) + lines()),
         ("nothing.ply", ""),
         ("nothing.xyz", ""),
         ("words.xyz", "a b c\nd e f\n"),
@@ -107,6 +114,43 @@ def test_files_that_are_no_clouds_are_refused_by_name(tmp_path, name, content):
         read_cloud(tmp_path / name)
     with pytest.raises(InputError, match="missing"):
         read_cloud(tmp_path / "missing.pcd")
+
+
+def as_files() -> dict:
+    """A valid file of each format."""
+    data = np.column_stack([POINTS, 10.0 * np.arange(4)]).astype("<f4").tobytes()
+    return {
+        "a.pcd": (pcd() + lines()).encode(),
+        "b.pcd": pcd(kind="binary").encode() + data,
+        "c.pcd": pcd(kind="binary_compressed").encode() + struct.pack("<II", 40, 64) + data[:40],
+        "d.ply": (ply() + lines()).encode(),
+        "e.xyz": lines().encode(),
+        "f.3d": b"100 50 200\n0 0 3276\n",
+    }
+
+
+@settings(
+    deadline=None, max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(data=st.data(), name=st.sampled_from(sorted(as_files())))
+def test_whatever_became_of_a_file_it_is_a_cloud_or_refused_by_name(tmp_path, data, name):
+    content = bytearray(as_files()[name])
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(content) - 1))
+        digits = st.integers(0, 10**12).map(lambda n: str(n).encode())
+        more = data.draw(st.one_of(st.binary(max_size=8), digits, st.just(b"-1"), st.just(b"nan")))
+        content[at : at + data.draw(st.integers(0, 12))] = more
+        if not content:
+            break
+    file = tmp_path / name
+    file.write_bytes(bytes(content))
+    try:
+        cloud = read_cloud(file)
+    except InputError as error:
+        assert name in str(error)
+        return
+    assert cloud.points.shape[-1] == 3
+    assert cloud.points.size <= 3 * 100 * max(len(content), 1)
 
 
 @pytest.fixture(scope="module")
