@@ -41,8 +41,8 @@ class CalibrationParameters:
     most_rms: float = 0.015  # [m]
     least_points: int = 500  # seen on the arm
     least_observability: float = 0.01  # eigenvalue, 1/6 were all directions alike
-    most_translation: float = 0.0015  # [m] standard deviation of the camera's place
-    most_rotation: float = 0.0017  # [rad] the same of its rotation
+    most_translation: float = 0.001  # [m] standard deviation of the camera's place
+    most_rotation: float = 0.0012  # [rad] the same of its rotation
 
     def __post_init__(self) -> None:
         check_choice("method", self.method, METHODS)
