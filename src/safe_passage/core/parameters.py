@@ -2,13 +2,48 @@
 
 from __future__ import annotations
 
+import contextlib
+import contextvars
 import dataclasses
 import math
-from typing import Any, Mapping, TypeVar
+from typing import Any, Iterator, Mapping, TypeVar
 
 from safe_passage.core.errors import ParameterError
 
 T = TypeVar("T")
+
+
+@dataclasses.dataclass(frozen=True)
+class Check:
+    """What a parameter must be, as its dataclass checks it."""
+
+    name: str
+    least: float | None = None
+    most: float | None = None
+    unit: str = ""
+    choices: tuple = ()
+
+
+_recorded: contextvars.ContextVar[list[Check] | None] = contextvars.ContextVar(
+    "recorded", default=None
+)
+
+
+@contextlib.contextmanager
+def recorded_checks() -> Iterator[list[Check]]:
+    """Every check_range and check_choice of this thread inside the `with`, in their order."""
+    checks: list[Check] = []
+    token = _recorded.set(checks)
+    try:
+        yield checks
+    finally:
+        _recorded.reset(token)
+
+
+def _record(check: Check) -> None:
+    checks = _recorded.get()
+    if checks is not None:
+        checks.append(check)
 
 
 def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
@@ -35,6 +70,7 @@ def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
 
 def check_range(name: str, value: float, least: float, most: float, unit: str) -> None:
     """Raise ParameterError unless `value` is a number in [least, most] (so NaN is refused)."""
+    _record(Check(name, least, most, unit))
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not number or math.isnan(value) or not least <= value <= most:
         raise ParameterError(f"{name} is {value!r}, must lie in [{least}, {most}] {unit}")
@@ -56,5 +92,6 @@ def check_text(name: str, value: Any, may_be_empty: bool = False) -> None:
 
 def check_choice(name: str, value: Any, choices: tuple) -> None:
     """Raise ParameterError unless `value` is one of `choices`."""
+    _record(Check(name, choices=choices))
     if value not in choices:
         raise ParameterError(f"{name} is {value!r}, must be one of {', '.join(map(str, choices))}")
