@@ -1,0 +1,59 @@
+# Sourced by tools/test: the C++ code built and run with gcc's sanitizers, beside the ordinary build.
+
+# $1: sanitizers, the rest: targets. What is not built here is taken from the ordinary devel space.
+sanitized_build() {
+  local kind=$1 into=$ws/sanitize/$1
+  shift
+  step "build with -fsanitize=$kind"
+  mkdir -p "$into"
+  if ! {
+    cmake -S "$root" -B "$into/build" -Wno-dev -DCATKIN_DEVEL_PREFIX="$into/devel" -DCMAKE_BUILD_TYPE=None \
+      -DCMAKE_CXX_FLAGS="-fsanitize=$kind -fno-sanitize-recover=all -fno-omit-frame-pointer -g1 -O1" \
+      -DPYTHON_EXECUTABLE="$venv/bin/python3" -DPython3_EXECUTABLE="$venv/bin/python3" &&
+      cmake --build "$into/build" -j2 --target "$@"
+  } >"$into/build.log" 2>&1; then
+    grep -nE 'rror' "$into/build.log" | head -20
+    echo "build failed: the whole log is $into/build.log"
+    exit 1
+  fi
+}
+
+# Memory and undefined behaviour: a finding ends the process that has it.
+test_memory() {
+  local kind=address,undefined
+  local into=$ws/sanitize/$kind/devel/lib
+  sanitized_build "$kind" test_person_detection test_safety_area \
+    _monitoring _person_detection _safety_area _scan_segmentation _separation
+  step "tests with -fsanitize=$kind"
+  "$into/safe_passage/test_person_detection" --gtest_brief=1
+  "$into/safe_passage/test_safety_area" --gtest_brief=1
+  # python is not built with it: the libraries come first, and what python never frees is no leak of ours
+  LD_PRELOAD="$(gcc -print-file-name=libasan.so) $(gcc -print-file-name=libubsan.so)" \
+    ASAN_OPTIONS=detect_leaks=0 PYTHONPATH="$into/python3/dist-packages:$PYTHONPATH" \
+    python3 -m pytest -q -s -p no:cacheprovider "$root"/test/unit/{scan_segmentation,separation} \
+    "$root"/test/unit/monitoring/test_mon_alignment.py \
+    "$root"/test/unit/test_{person_detection,safety_area,yolo_models}.py
+}
+
+# Races in the node that has several threads. ROS itself is not built with it, so its own counting of
+# references looks like races: only what touches our sources counts. Nor does the node test's verdict:
+# it is many times slower.
+test_threads() {
+  local into=$ws/sanitize/thread
+  sanitized_build thread safety_area_merger
+  step "safety_area_merger with -fsanitize=thread"
+  rm -rf "$into/races" && mkdir "$into/races"
+  (
+    set +u
+    # shellcheck disable=SC1091
+    source "$into/devel/setup.bash"
+    TSAN_OPTIONS="exitcode=0 log_path=$into/races/log" \
+      rostest --text "$root/test/node/safety_area_merger.test" >"$into/test.log" 2>&1
+  ) || true
+  grep -E '^Ran [0-9]+ tests' "$into/test.log"
+  if grep -rq "$root/" "$into/races"; then
+    grep -rh -A12 "WARNING: ThreadSanitizer" "$into/races" | head -60
+    echo "races: the whole log is in $into/races"
+    exit 1
+  fi
+}
