@@ -1,0 +1,1 @@
+"""What is wrong with a running robot, in plain words: observations of its graph -> findings."""
