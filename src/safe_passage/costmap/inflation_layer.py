@@ -43,8 +43,13 @@ class InflationLayer:
     def __init__(
         self, parameters: InflationLayerParameters, resolution: float, inscribed_radius: float
     ) -> None:
+        self._resolution, self._inscribed = resolution, inscribed_radius
+        self.tune(parameters)
+
+    def tune(self, parameters: InflationLayerParameters) -> None:
+        """Other parameters from the next update on, which computes the whole window anew."""
         self.parameters = parameters
-        self._costs = inflation_costs(parameters, resolution, inscribed_radius)
+        self._costs = inflation_costs(parameters, self._resolution, self._inscribed)
         self._radius = math.isqrt(len(self._costs) - 2)
         self._last_touched = Box.everywhere()
 

@@ -37,6 +37,12 @@ class ObstacleLayer:
             costmap.shape, costmap.resolution, (costmap.origin_x, costmap.origin_y), default
         )
 
+    def tune(self, parameters: ObstacleLayerParameters) -> None:
+        """Other parameters from the next update on; what was seen stays."""
+        self.parameters = parameters
+        for source in parameters.sources:
+            self.buffers[source.name].parameters = source
+
     def clear(self) -> Box:
         """Free the cells that rays pass; returns the area touched."""
         touched = Box()

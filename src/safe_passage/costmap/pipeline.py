@@ -7,6 +7,7 @@ from typing import Mapping, Sequence, Tuple, Union
 
 import numpy as np
 
+from safe_passage.core.errors import ParameterError
 from safe_passage.costmap.costs import FREE_SPACE, NO_INFORMATION
 from safe_passage.costmap.footprint import footprint_polygon, inscribed_radius, place_polygon
 from safe_passage.costmap.grid import Box, CellBox, RollingGrid
@@ -28,6 +29,17 @@ class CostmapUpdate:
     resolution: float  # m a cell
     changed: CellBox | None  # cells recomputed; None when nothing was
     footprint: np.ndarray  # (N, 2) m, padded outline in the global frame
+
+
+def _built_of(p: CostmapParameters) -> tuple:
+    """What the grids and buffers are made for."""
+    layers = [
+        (layer.name, layer.enabled, type(layer), [source.name for source in sources])
+        for layer in p.layers
+        for sources in [getattr(layer, "sources", ())]
+    ]
+    window = (p.shape, p.resolution, p.origin_x, p.origin_y, p.track_unknown_space)
+    return window, p.footprint, p.rolling_window, layers
 
 
 class LocalCostmap:
@@ -57,6 +69,24 @@ class LocalCostmap:
             for layer in parameters.layers
             if layer.enabled
         ]
+
+    def tune(self, parameters: CostmapParameters) -> None:
+        """Other parameters from the next update on; what was seen stays.
+
+        Raises:
+            ParameterError: window, robot, layers or their sensors would be others.
+        """
+        old, new = (
+            [layer for layer in p.layers if layer.enabled] for p in (self.parameters, parameters)
+        )
+        if _built_of(self.parameters) != _built_of(parameters):
+            raise ParameterError(
+                "window, robot, layers and sensors cannot be changed while it runs"
+            )
+        self.parameters = parameters
+        for layer, tuned, known in zip(self._layers, new, old):
+            if tuned != known:
+                layer.tune(tuned)  # type: ignore[arg-type]
 
     def update(
         self,

@@ -96,12 +96,16 @@ class PersonLabels:
     """
 
     def __init__(self, parameters: PersonLabelParameters) -> None:
+        self.tune(parameters)
+        self.reset()
+
+    def tune(self, parameters: PersonLabelParameters) -> None:
+        """Other parameters from the next cycle on; labels stay."""
         self._p = parameters
         self._most = _log_odds(parameters.person_certainty)
         least = _log_odds(parameters.person_threshold)
         lasting = 2.0 ** (parameters.birth_time / parameters.left_half_life)
         self._weak = min(least * lasting, self._most)
-        self.reset()
 
     def reset(self) -> None:
         """Forget everything."""

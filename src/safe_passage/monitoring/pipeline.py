@@ -8,6 +8,7 @@ from typing import Sequence
 import numpy as np
 
 from safe_passage._monitoring import ShapeAligner
+from safe_passage.core.errors import ParameterError
 from safe_passage.core.geometry import Pose, compose, inverse, rotation
 from safe_passage.monitoring.aggregation import Aggregator, Measurement
 from safe_passage.monitoring.association import associate
@@ -24,6 +25,7 @@ from safe_passage.monitoring.ragged import Ragged
 from safe_passage.monitoring.tracks import Tracks, new_tracks, no_tracks, placed_shapes
 
 OFF = 2.0  # a share that is never reached
+BUILT_IN = ("sources", "footprint", "resolution", "radius")  # cannot be tuned
 IN_STRIDE = 1.3  # bodies long is a walker in scans that are put together
 
 
@@ -60,6 +62,18 @@ class ObstacleTracker:
         self._tracks = no_tracks(len(self._p.sources))
         self._next_id = getattr(self, "_next_id", 1)
         self._last: tuple[float, Pose] | None = None
+
+    def tune(self, parameters: TrackerParameters) -> None:
+        """Other parameters from the next cycle on; tracks and identities stay.
+
+        Raises:
+            ParameterError: the sensors, the robot or the grid would be others.
+        """
+        for name in BUILT_IN:
+            if getattr(parameters, name) != getattr(self._p, name):
+                raise ParameterError(f"{name}: cannot be changed while it runs")
+        self._p = parameters
+        self._aligner = ShapeAligner(parameters.resolution, parameters.alignment_reach)
 
     def update(self, stamp: float, pose: Pose, measurements: Sequence[Measurement]) -> Snapshot:
         """One cycle.

@@ -26,6 +26,11 @@ class JointHistory:
         self._lock = threading.Lock()
         self._joints: dict[str, deque[tuple[float, float]]] = {}
 
+    def tune(self, tolerance: float, max_gap: float) -> None:
+        """Other limits from now on; what is known stays."""
+        with self._lock:
+            self._tolerance, self._max_gap = tolerance, max_gap
+
     def add(self, stamp: float, names: Sequence[str], positions: Sequence[float]) -> None:
         """One joint state. `stamp` [s]; `positions` [rad] or [m].
 

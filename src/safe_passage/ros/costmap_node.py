@@ -21,14 +21,39 @@ from safe_passage.costmap import (
     PublicationArea,
     load_costmap_parameters,
 )
+from safe_passage.costmap.parameters import CostmapParameters, ObstacleLayerParameters
 from safe_passage.ros.clock import JumpDetector
 from safe_passage.ros.costmap_conversions import to_grid, to_grid_update, to_polygon
 from safe_passage.ros.costmap_inputs import CostmapSource, RobotPose
 from safe_passage.ros.diagnostics import NodeDiagnostics
+from safe_passage.ros.live_tuning import LiveTuning
 from safe_passage.ros.sensor_input import QUEUE
 
 OnUpdate = Callable[[CostmapUpdate, Pose, rospy.Time], None]
+LIVE = ("update_frequency", "publish_frequency")
+LIVE_INFLATION = ("inflation_radius", "cost_scaling_factor", "inflate_unknown")
+LIVE_MARKING = ("max_obstacle_height", "footprint_clearing_enabled", "clear_crossed_cells")
+LIVE_SOURCE = (
+    "obstacle_range", "raytrace_range", "min_obstacle_height", "max_obstacle_height",
+    "observation_persistence",
+)  # fmt: skip
 SILENT_AFTER = 1.0  # s without a message before diagnostics report an error
+
+
+def live_names(parameters: CostmapParameters) -> list[str]:
+    """Paths of what may be changed while it runs; not the window, frames, layers or sensors."""
+    names = list(LIVE)
+    for layer in parameters.layers:
+        obstacles = isinstance(layer, ObstacleLayerParameters)
+        names += [
+            f"{layer.name}/{name}" for name in (LIVE_MARKING if obstacles else LIVE_INFLATION)
+        ]
+    names += [
+        f"{layer}/{source.name}/{name}"
+        for layer, source in parameters.sources
+        for name in LIVE_SOURCE
+    ]
+    return names
 
 
 class CostmapNode(rospy.SubscribeListener):
@@ -51,14 +76,18 @@ class CostmapNode(rospy.SubscribeListener):
         self._pending: dict[tuple[str, str], list[Observation]] = defaultdict(list)
         self._subscribe()
         self._advertise(namespace)
+        self._tuning = LiveTuning(parameters, live_names(parameters), namespace)
         self._announce()
 
     def spin(self) -> None:
         """Update until shutdown; in the main thread, so that a fault ends the node."""
-        rate = rospy.Rate(self._parameters.update_frequency, reset=True)
         while not rospy.is_shutdown():
-            self._cycle(rospy.Time.now())
-            rate.sleep()
+            frequency = self._parameters.update_frequency
+            rate = rospy.Rate(frequency, reset=True)
+            while not rospy.is_shutdown() and self._parameters.update_frequency == frequency:
+                self._tune()
+                self._cycle(rospy.Time.now())
+                rate.sleep()
 
     @property
     def base_frame(self) -> str:
@@ -99,6 +128,13 @@ class CostmapNode(rospy.SubscribeListener):
         rospy.loginfo(f"costmap waits for tf {frames} and for {', '.join(topics) or 'no sensor'}")
         if self._parameters.publish_frequency == 0:
             rospy.logwarn("publish_frequency is 0 Hz: the costmap is computed but not published")
+
+    def _tune(self) -> None:
+        """Between two cycles; what was seen stays."""
+        parameters = self._tuning.take()
+        if parameters is not None:
+            self._parameters = parameters
+            self._costmap.tune(parameters)
 
     def _cycle(self, now: rospy.Time) -> None:
         if self._jumps.jumped_back(now):

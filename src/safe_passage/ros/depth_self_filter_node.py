@@ -21,10 +21,15 @@ from safe_passage.ros.conversions import from_transform
 from safe_passage.ros.depth_conversions import from_depth_image, to_points, to_same_image
 from safe_passage.ros.diagnostics import NodeDiagnostics, Outcome
 from safe_passage.ros.input_loop import rounds
+from safe_passage.ros.live_tuning import LiveTuning
 from safe_passage.ros.parameters import private_values
 from safe_passage.ros.sensor_input import InputLimits, NotYetError, Received, SensorInput
 from safe_passage.self_filter import SelfFilter, SelfFilterParameters
 
+LIVE = (  # may be changed while it runs; not the model or frames
+    "padding", "depth_noise", "edge", "sliver_band", "sliver_support", "sliver_depth",
+    "time_uncertainty", "joint_tolerance", "joint_gap",
+)  # fmt: skip
 NEXT_LOOK = 1.0  # [s] between two looks for the robot's description
 
 
@@ -91,14 +96,26 @@ class DepthSelfFilterNode:
             self._ready,
             self._news.set,
         )
+        self._tuning = LiveTuning(self._p, LIVE)
         rospy.loginfo(f"self-filter waits for {self._input.topic}, {self._arm.joints_topic}")
 
     def spin(self) -> None:
         """Filter until shutdown."""
         for now in rounds(self._news, lambda: self._input.waits, self._restart):
+            self._tune()
             self._look_for_model()
             for ready, arrived in self._input.take(now):
                 self._pass_on(ready, arrived)
+
+    def _tune(self) -> None:
+        """Between two images; joint states stay."""
+        parameters = self._tuning.take()
+        if parameters is None:
+            return
+        self._p = parameters
+        self._arm.joints.tune(parameters.joint_tolerance, parameters.joint_gap)
+        if self._filter is not None:
+            self._filter.tune(parameters)
 
     def _ready(self, received: Received) -> _Ready:
         """What is needed at the image's stamp, or what it waits for."""

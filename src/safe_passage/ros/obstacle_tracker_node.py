@@ -10,10 +10,11 @@ from safe_passage.monitoring.persons import PersonLabels
 from safe_passage.monitoring.pipeline import ObstacleTracker
 from safe_passage.ros.clock import JumpDetector
 from safe_passage.ros.diagnostics import NodeDiagnostics
+from safe_passage.ros.live_tuning import LiveTuning
 from safe_passage.ros.parameters import private_values
 from safe_passage.ros.tracker_inputs import Taken, TrackerInputs
 from safe_passage.ros.tracker_outputs import TrackerOutputs
-from safe_passage.ros.tracker_parameters import make_tracker_parameters
+from safe_passage.ros.tracker_parameters import LIVE, make_tracker_parameters
 from safe_passage.ros.tracker_persons import PersonInputs
 
 LOOK_ROUND = 0.2  # [s] of wall time without news, after which the clock is looked at
@@ -35,6 +36,7 @@ class ObstacleTrackerNode:
         self._outputs = TrackerOutputs(self._p)
         self._inputs = TrackerInputs(self._p, self._diagnostics)
         self._persons = PersonInputs(self._p, self._inputs.tf, self._diagnostics)
+        self._tuning = LiveTuning(self._p, LIVE)
         frames, topics = f"{self._p.odom_frame} -> {self._p.base_frame}", self._inputs.topics
         rospy.loginfo(f"obstacle tracker waits for tf {frames} and for {', '.join(topics)}")
 
@@ -42,11 +44,22 @@ class ObstacleTrackerNode:
         """Track until shutdown; in the main thread, so that a fault ends the node."""
         while not rospy.is_shutdown():
             self._inputs.wait(LOOK_ROUND)
+            self._tune()
             if self._jumps.jumped_back(rospy.Time.now()):
                 self._restart()
             self._taken += self._inputs.take(rospy.Time.now())
             if self._taken:
                 self._cycle(max(self._taken, key=lambda taken: taken.stamp))
+
+    def _tune(self) -> None:
+        """Between two cycles; tracks and labels stay."""
+        parameters = self._tuning.take()
+        if parameters is None:
+            return
+        self._p = parameters
+        self._tracker.tune(parameters)
+        self._labels.tune(parameters.person_labels)
+        self._outputs.tune(parameters)
 
     def _cycle(self, newest: Taken) -> None:
         if (newest.stamp - self._last).to_sec() * self._p.rate < 1.0 - JITTER:

@@ -87,6 +87,10 @@ class SeparationInputs:
         ]
         rospy.on_shutdown(self._wake)
 
+    def tune(self, parameters: SeparationNodeParameters) -> None:
+        """Other parameters from now on; what has come in stays."""
+        self._p = parameters
+
     @property
     def awaited(self) -> list[str]:
         """Resolved names of the topics without which the robot stands."""

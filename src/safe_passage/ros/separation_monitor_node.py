@@ -14,11 +14,12 @@ from safe_passage.msg import SeparationState
 from safe_passage.ros.clock import JumpDetector
 from safe_passage.ros.conversions import to_header
 from safe_passage.ros.diagnostics import NodeDiagnostics
+from safe_passage.ros.live_tuning import LiveTuning
 from safe_passage.ros.parameters import private_values
 from safe_passage.ros.separation_conversions import to_state, to_twist
 from safe_passage.ros.separation_inputs import SeparationInputs
 from safe_passage.ros.separation_markers import draw
-from safe_passage.ros.separation_parameters import make_separation_parameters
+from safe_passage.ros.separation_parameters import LIVE, make_separation_parameters
 from safe_passage.separation import Assessment, Level, Reason, SeparationMonitor, Supervisor
 from safe_passage.separation.robot_motion import Velocity
 
@@ -37,6 +38,7 @@ class SeparationMonitorNode:
         self._markers_pub = rospy.Publisher("~markers", MarkerArray, queue_size=1)
         self._diagnostics = NodeDiagnostics(self._p.input_timeout)
         self._inputs = SeparationInputs(self._p, self._diagnostics, self._supervisor)
+        self._tuning = LiveTuning(self._p, LIVE)
         frames = f"{self._p.odom_frame} -> {self._p.base_frame}"
         awaited = ", ".join(self._inputs.awaited)
         rospy.loginfo(
@@ -47,9 +49,19 @@ class SeparationMonitorNode:
         """Watch until shutdown; in the main thread, so that a fault ends the node."""
         while not rospy.is_shutdown():
             arrived = self._inputs.wait(1.0 / self._p.control_rate)
+            self._tune()
             self._cycle(rospy.Time.now())
             self._diagnostics.latency(time.monotonic() - arrived)
         self._command_pub.publish(Twist())
+
+    def _tune(self) -> None:
+        """Between two cycles; nothing is forgotten."""
+        parameters = self._tuning.take()
+        if parameters is None:
+            return
+        self._p = parameters
+        for part in (self._monitor, self._supervisor, self._inputs):
+            part.tune(parameters)
 
     def _cycle(self, now: rospy.Time) -> None:
         if self._jumps.jumped_back(now):

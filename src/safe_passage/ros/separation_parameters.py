@@ -9,6 +9,16 @@ from safe_passage.core.parameters import check_range, check_text
 from safe_passage.core.reading import build, build_list
 from safe_passage.separation import SeparationParameters
 
+LIVE = (  # may be changed while it runs; not the robot's shape, frames, or what is waited for
+    "footprint_padding", "stationary_obstacles", "horizon", "stop_horizon", "agility", "sigmas",
+    "max_growth", "body_radius", "human_speed", "max_speed_deviation", "worst_case",
+    "reaction_time", "deceleration", "acceleration", "angular_deceleration", "min_distance",
+    "robot_uncertainty", "release_margin", "release_time", "rise_rate", "escape_speed",
+    "escape_turn", "cautious_speed", "tolerance", "clearance", "advantage", "path_tolerance",
+    "path_angle", "tracks_timeout", "odometry_timeout", "command_timeout", "path_timeout",
+    "settle_time", "stop_repeat", "debug_rate",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class ArmFrame:

@@ -35,9 +35,14 @@ class TrackerMarkers:
     """Draws snapshots, and remembers the ways of what moves."""
 
     def __init__(self, parameters: TrackerNodeParameters) -> None:
+        self._paths: dict[int, deque] = {}  # id -> places (x, y) [m], the odometry's frame
+        self.tune(parameters)
+
+    def tune(self, parameters: TrackerNodeParameters) -> None:
+        """Other parameters from the next picture on; the ways stay."""
         self._p = parameters
         self._length = 1 + int(parameters.path_duration * parameters.debug_rate)
-        self._paths: dict[int, deque] = {}  # id -> places (x, y) [m], the odometry's frame
+        self._paths = {i: deque(path, self._length) for i, path in self._paths.items()}
 
     def draw(
         self,

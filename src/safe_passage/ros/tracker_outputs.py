@@ -64,6 +64,11 @@ class TrackerOutputs:
             markers = self._markers.draw(snapshot, persons, in_base, in_odom, fields_of_view())
             self._markers_pub.publish(markers)
 
+    def tune(self, parameters: TrackerNodeParameters) -> None:
+        """Other parameters from the next cycle on; the ways drawn so far stay."""
+        self._p = parameters
+        self._markers.tune(parameters)
+
     def restart(self) -> None:
         """Forget what was published; stamps may be older from now on."""
         self._drawn = rospy.Time()

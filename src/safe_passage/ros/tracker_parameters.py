@@ -11,6 +11,21 @@ from safe_passage.core.reading import build, build_list
 from safe_passage.monitoring.parameters import SourceParameters, TrackerParameters
 from safe_passage.monitoring.persons import PersonLabelParameters
 
+LIVE = (  # may be changed while it runs; not sensors, robot, frames, grid, which need a restart
+    "footprint_padding", "min_points", "composites", "splits", "free_space", "composite_overlap",
+    "split_overlap", "body_size", "fragment_age", "gate", "cells_weight", "points_weight",
+    "height_weight", "height_scale", "no_common_sensor", "seniority", "max_distance", "agility",
+    "moving_agility", "position_noise", "extent_scale", "initial_speed", "odometry_drift",
+    "alignment", "alignment_size", "alignment_reach", "alignment_noise", "alignment_overlap",
+    "averaged_way", "moving_speed", "moving_significance", "moving_distance", "moving_time",
+    "max_unobserved", "confirm_cycles", "rate", "debug_rate", "path_duration", "sector_radius",
+    "person_labels/label_gate", "person_labels/person_size", "person_labels/person_threshold",
+    "person_labels/person_certainty", "person_labels/moving_half_life",
+    "person_labels/standing_half_life", "person_labels/left_half_life",
+    "person_labels/walking_speed", "person_labels/denial", "person_labels/birth_reach",
+    "person_labels/birth_time", "person_labels/confirmation_time",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class PersonSourceParameters:

@@ -13,6 +13,7 @@ from safe_passage.self_filter.parameters import SelfFilterParameters
 from safe_passage.self_filter.removal import inside_robot, slivers
 from safe_passage.self_filter.sweep import Sweep, positions_around
 
+DRAWN_BY = ("padding", "link_padding", "excluded_links", "mesh_resolution")  # the surfaces
 LEAST_SPACING = 0.01  # [m] of poses on the way of a robot that is hardly padded
 
 
@@ -42,7 +43,20 @@ class SelfFilter:
     def __init__(
         self, model: RobotModel, camera: PinholeCamera, parameters: SelfFilterParameters
     ) -> None:
-        p = parameters
+        self._model, self._camera, self._joints = model, camera, model.movable
+        self._p = parameters
+        self._sweep, self._renderer = self._prepared()
+
+    def tune(self, parameters: SelfFilterParameters) -> None:
+        """Other parameters from the next image on; raises as when it is made."""
+        old, self._p = self._p, parameters
+        if any(getattr(old, name) != getattr(parameters, name) for name in DRAWN_BY):
+            self._renderer.close()
+            self._sweep, self._renderer = self._prepared()
+
+    def _prepared(self) -> tuple[Sweep, DepthRenderer]:
+        """The robot, ready to be moved and drawn."""
+        p, model = self._p, self._model
         for name in (*p.excluded_links, *p.link_padding):
             if name not in model.links:
                 raise ParameterError(f"link {name}: the robot {model.name} has none of this name")
@@ -58,9 +72,8 @@ class SelfFilter:
             coarse, moved = model.links[name].simplified(p.mesh_resolution)
             surfaces.append(coarse.inflated(p.link_padding.get(name, p.padding) + moved))
         least = min([p.padding, *p.link_padding.values()])
-        self._p, self._camera, self._joints = p, camera, model.movable
-        self._sweep = Sweep(model, links, max(least, LEAST_SPACING))
-        self._renderer = DepthRenderer(surfaces, camera)
+        sweep = Sweep(model, links, max(least, LEAST_SPACING))
+        return sweep, DepthRenderer(surfaces, self._camera)
 
     def joint_history(self) -> JointHistory:
         """To be filled with the robot's joint states."""

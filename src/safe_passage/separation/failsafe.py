@@ -49,6 +49,10 @@ class Supervisor:
         self._life = _TrackerLife()
         self._jumped = False
 
+    def tune(self, parameters: SeparationParameters) -> None:
+        """Other parameters from the next judgement on; what is known of the tracker stays."""
+        self._p = parameters
+
     def saw_tracks(self, stamp: float, ids: np.ndarray, ages: np.ndarray) -> None:
         """A message of tracks: stamp [s], ids (N,), ages (N,) [s]."""
         self._life.saw(stamp, ids, ages)

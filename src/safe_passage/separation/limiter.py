@@ -272,6 +272,10 @@ class Release:
         self.scale = min(self.scale, allowed.scale)
         return self.scale
 
+    def tune(self, parameters: SeparationParameters) -> None:
+        """Go on from the scale there is."""
+        self._p = parameters
+
     def stop(self, stamp: float) -> None:
         """Start again from standing."""
         self.hurries = False

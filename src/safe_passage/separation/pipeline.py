@@ -72,6 +72,11 @@ class SeparationMonitor:
         self.outlook: Outlook | None = None
         self._assessment = Assessment(0.0, Level.FREE, Reason.OK, 1.0)
 
+    def tune(self, parameters: SeparationParameters) -> None:
+        """Other parameters from the next assessment on; the release goes on where it is."""
+        self._p = parameters
+        self._release.tune(parameters)
+
     def assess(
         self, stamp: float, obstacles: Obstacles, robot: RobotState, command: Velocity | None = None
     ) -> Assessment:
