@@ -56,7 +56,8 @@ def test_two_scanners_at_opposite_corners_see_all_around():
     found = seen(robot(corners))
     assert found.blind_sectors(FEET, 1.5) == []
     assert found.share(FEET, 2.0) > 0.99  # but for the cells that they stand in
-    assert 0.4 < found.share(FEET, 2.0, 2) < 0.7
+    corner = (math.pi + 2.0 * (0.35 + 0.25) + 0.35 * 0.25) / (4.0 * math.pi)  # blind of each
+    assert found.share(FEET, 2.0, 2) == pytest.approx(1.0 - 2.0 * corner, abs=0.08)
 
 
 def test_a_level_camera_sees_its_cone():
