@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <utility>
 
 #include "safe_passage/person_detection/box_candidates.h"
 
@@ -37,6 +38,18 @@ PersonDetector::PersonDetector(const DetectorParameters& parameters)
       voxels_(parameters.voxel),
       ground_(parameters.ground),
       confidence_(make_confidence(parameters)) {}
+
+void PersonDetector::tune(const DetectorParameters& parameters) {
+  const DetectorParameters old = std::exchange(parameters_, parameters);
+  parameters_.method = old.method;
+  parameters_.hog.shifts = old.hog.shifts;
+  parameters_.hog.sizes = old.hog.sizes;
+  const double threshold = parameters_.yolo.threshold;
+  parameters_.yolo = old.yolo;
+  parameters_.yolo.threshold = threshold;
+  voxels_ = VoxelGrid(parameters_.voxel);
+  ground_.tune(parameters_.ground);
+}
 
 DetectionResult PersonDetector::detect(const RgbdFrame& frame,
                                        const std::optional<GroundPlane>& ground_seed) {

@@ -11,6 +11,7 @@
 #include "safe_passage/ros/clock.h"
 #include "safe_passage/ros/detector_parameters.h"
 #include "safe_passage/ros/diagnostics.h"
+#include "safe_passage/ros/live_tuning.h"
 #include "safe_passage/ros/person_conversions.h"
 
 namespace safe_passage::person_detection {
@@ -22,7 +23,9 @@ class PersonDetectorNode {
  public:
   PersonDetectorNode()
       : private_node_("~"),
-        parameters_(read_parameters(private_node_)),
+        tuning_(private_node_, read_parameters, kLiveParameters,
+                [this](const DetectorNodeParameters& tuned) { tune(tuned); }),
+        parameters_(tuning_.parameters()),
         detector_(parameters_.detector),
         diagnostics_(parameters_.input_timeout),
         tf_listener_(tf_) {
@@ -34,9 +37,16 @@ class PersonDetectorNode {
     else
       subscribe_depth();
     diagnostics_.add_check("ground", [this](auto& status) { report_ground(status); });
+    tuning_.serve();
   }
 
  private:
+  // Between two frames: all callbacks run in one thread. Ground and camera stay.
+  void tune(const DetectorNodeParameters& tuned) {
+    parameters_ = tuned;
+    detector_.tune(tuned.detector);
+  }
+
   void subscribe_cloud() {
     cloud_sub_ = node_.subscribe("depth_registered/points", 1, &PersonDetectorNode::on_cloud, this);
     info_sub_ = node_.subscribe("rgb/camera_info", 1, &PersonDetectorNode::on_info, this);
@@ -168,6 +178,7 @@ class PersonDetectorNode {
   }
 
   ros::NodeHandle node_, private_node_;
+  LiveTuning<DetectorNodeParameters> tuning_;
   DetectorNodeParameters parameters_;
   PersonDetector detector_;
   NodeDiagnostics diagnostics_;

@@ -75,9 +75,35 @@ void read_confidence(Parameters& reader, DetectorParameters& p) {
 
 }  // namespace
 
-DetectorNodeParameters read_parameters(const ros::NodeHandle& private_node) {
+const std::set<std::string> kLiveParameters = {"tf_timeout",
+                                               "max_age",
+                                               "max_future",
+                                               "voxel/leaf",
+                                               "voxel/max_range",
+                                               "voxel/sampling",
+                                               "ground/seed_band",
+                                               "ground/track_band",
+                                               "ground/inlier_distance",
+                                               "ground/max_tilt",
+                                               "ground/max_height_change",
+                                               "ground/min_inliers",
+                                               "ground/iterations",
+                                               "clusters/tolerance",
+                                               "clusters/min_points",
+                                               "clusters/min_above_ground",
+                                               "clusters/max_above_ground",
+                                               "heads/min_height",
+                                               "heads/max_height",
+                                               "heads/head_distance",
+                                               "heads/body_radius",
+                                               "heads/min_extent",
+                                               "heads/min_points",
+                                               "heads/max_candidates",
+                                               "hog/threshold",
+                                               "yolo/threshold"};
+
+DetectorNodeParameters read_parameters(Parameters& reader) {
   DetectorNodeParameters p;
-  Parameters reader(private_node);
   reader.read_choice("input", p.input, {"cloud", "depth"});
   reader.read("ground_frame", p.ground_frame);
   p.ground_seed = read_ground_seed(reader);

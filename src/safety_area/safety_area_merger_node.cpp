@@ -18,6 +18,7 @@
 #include "safe_passage/ros/clock.h"
 #include "safe_passage/ros/diagnostics.h"
 #include "safe_passage/ros/laser_pose.h"
+#include "safe_passage/ros/live_tuning.h"
 #include "safe_passage/ros/safety_area_messages.h"
 #include "safe_passage/ros/safety_area_parameters.h"
 #include "safe_passage/safety_area/pipeline.h"
@@ -63,11 +64,19 @@ class SafetyAreaMerger {
         ros::WallDuration(0.02), [this](const ros::WallTimerEvent&) { resolve_pending(); });
     markers_timer_ = node.createWallTimer(ros::WallDuration(0.1),
                                           [this](const ros::WallTimerEvent&) { show_markers(); });
+    tuning_.serve();
     scan_spinner_.start();
     spinner_.start();
   }
 
  private:
+  // Between two scans; persons stay.
+  void tune(const SafetyAreaParameters& tuned) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    params_ = tuned;
+    pipeline_.tune(tuned.pipeline);
+  }
+
   void on_scan(const sensor_msgs::LaserScan::ConstPtr& in) {
     const ros::WallTime arrived = ros::WallTime::now();
     Outcome outcome = Outcome::kOk;
@@ -186,10 +195,11 @@ class SafetyAreaMerger {
     std::unique_lock<std::mutex> lock(mutex_);
     const auto header = std::exchange(shown_header_, {});  // nothing is shown twice
     const auto shown = shown_;
+    const auto [frame, radius] =
+        std::make_pair(params_.fixed_frame, params_.pipeline.merge.body_radius);
     lock.unlock();
     if (header.frame_id.empty()) return;
-    markers_pub_.publish(
-        to_markers(header, params_.fixed_frame, shown, params_.pipeline.merge.body_radius));
+    markers_pub_.publish(to_markers(header, frame, shown, radius));
   }
 
   void report(diagnostic_updater::DiagnosticStatusWrapper& status) {
@@ -209,8 +219,11 @@ class SafetyAreaMerger {
 
   double hold_time() const { return params_.pipeline.memory.hold_time; }
 
-  const SafetyAreaParameters params_ = read_safety_area_parameters();
-  std::mutex mutex_;  // guards everything from here to the shown
+  LiveTuning<SafetyAreaParameters> tuning_{
+      ros::NodeHandle("~"), read_safety_area_parameters, kLiveSafetyAreaParameters,
+      [this](const SafetyAreaParameters& tuned) { tune(tuned); }};
+  std::mutex mutex_;                                    // guards everything from here to the shown
+  SafetyAreaParameters params_ = tuning_.parameters();  // frame and time-out never change
   safety_area::Pipeline pipeline_{params_.pipeline};
   std::deque<Pending> pending_;
   JumpDetector clock_;

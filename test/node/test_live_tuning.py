@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Parameters changed by dynamic_reconfigure while the nodes run: they count, nothing is lost."""
 
+import math
 import sys
 import threading
 import unittest
@@ -8,12 +9,15 @@ import unittest
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
-from geometry_msgs.msg import Twist
+from dynamic_reconfigure.msg import Config, StrParameter
+from dynamic_reconfigure.srv import Reconfigure
+from geometry_msgs.msg import Point, Twist, Vector3
 from nav_msgs.msg import Odometry
 from node_testing import TIMEOUT, Diagnostics, wait_until
 from rosgraph_msgs.msg import Log
-from safe_passage.msg import SeparationState, TrackedObstacleArray
+from safe_passage.msg import Person, PersonArray, SeparationState, TrackedObstacleArray
 from safe_passage.ros.conversions import to_header
+from sensor_msgs.msg import LaserScan
 from tracker_world import BASE, ODOM, World
 
 AHEAD = 3.0  # [m] from the robot somebody stands
@@ -32,6 +36,8 @@ class LiveTuningTest(unittest.TestCase):
         for topic, kind in (
             ("tracks", TrackedObstacleArray),
             ("separation_monitor/state", SeparationState),
+            ("scan_front", LaserScan),
+            ("scan_human_aware", LaserScan),
         ):
             rospy.Subscriber(topic, kind, cls.keep, callback_args=topic)
         rospy.Subscriber("/rosout", Log, lambda log: cls.logs.append(log.msg))
@@ -134,6 +140,73 @@ class LiveTuningTest(unittest.TestCase):
         self.assertEqual((release["min"], release["max"], release["default"]), (0.0, 60.0, 1.0))
         self.assertIn("[s]", release["description"])
         self.assertNotIn("base_frame", [one["name"] for one in found])
+
+    def nearest(self):
+        """[m] of the merged scan that lies ahead of the real one; inf: nowhere."""
+        merged = self.latest.get("scan_human_aware")
+        real = self.latest.get("scan_front")
+        if merged is None or real is None or merged.header.stamp != real.header.stamp:
+            return math.nan
+        return min(
+            (m for m, r in zip(merged.ranges, real.ranges) if m < r - 0.01), default=math.inf
+        )
+
+    def test_6_the_merger_takes_another_radius_and_keeps_its_persons(self):
+        someone = Person(position=Point(-2.5, 0.0, 0.0), velocity=Vector3(*3 * [math.nan]))
+        persons = rospy.Publisher("persons", PersonArray, queue_size=1)
+
+        def tell():
+            self.tick()
+            if not math.isfinite(self.nearest()):
+                stamp = self.latest["scan_human_aware"].header.stamp
+                persons.publish(PersonArray(header=to_header(stamp, BASE), persons=[someone]))
+
+        self.until(lambda: "scan_human_aware" in self.latest, "a merged scan")
+        wait_until(self.news, lambda: math.isfinite(self.nearest()), "an area", tell)
+        persons.unregister()  # from here on the person is only remembered
+        before = self.nearest()
+        told = self.change("safety_area_merger", radius=1.0)
+        self.assertEqual(told["radius"], 1.0)
+        self.assertEqual(rospy.get_param("/robot1/safety_area_merger/radius"), 1.0)
+        self.until(lambda: abs(self.nearest() - (before - 0.5)) < 0.05, f"0.5 m before {before}")
+
+        told = self.change("safety_area_merger", inside_policy="block", clearance=0.4)
+        self.assertEqual((told["inside_policy"], told["clearance"]), ("block", 0.4))
+        node = "safety_area_merger"
+        self.assert_refused(node, {"radius": 99.0}, "/radius is 99, must lie in [0.05, 10] m")
+        self.assert_refused(node, {"radius": 0.5, "gate": math.nan}, "/gate is nan, must lie in")
+        self.assert_refused(node, {"radius": 0.5, "hold_time": 0.1}, "/tf_tolerance is 0.2, must")
+        self.assert_refused(node, {"inside_policy": "none"}, "/inside_policy is 'none', must be")
+        for _ in range(10):
+            self.tick()
+        self.until(lambda: abs(self.nearest() - (before - 0.5)) < 0.05, f"0.5 m before {before}")
+
+    def test_7_only_what_is_offered_can_be_changed(self):
+        rospy.set_param(
+            "/robot1/person_detector/ground_frame", "nowhere"
+        )  # not read before a restart
+        for node, name in (
+            ("separation_monitor", "base_frame"),
+            ("safety_area_merger", "fixed_frame"),
+            ("person_detector", "ground_frame"),
+        ):
+            change = rospy.ServiceProxy(f"/robot1/{node}/set_parameters", Reconfigure)
+            config = Config(strs=[StrParameter(name, "elsewhere")])
+            told = change(config).config
+            self.assertNotIn(name, [one.name for one in told.strs])
+            self.until(
+                lambda n=name: any(f"{n}" in log and "cannot be" in log for log in self.logs), name
+            )
+
+    def test_8_the_detector_takes_thresholds(self):
+        client = self.client("person_detector")
+        told = client.update_configuration({"hog/threshold": 0.5, "heads/min_points": 40})
+        self.assertEqual((told["hog/threshold"], told["heads/min_points"]), (0.5, 40))
+        self.assert_refused("person_detector", {"yolo/threshold": 1.5}, "yolo/threshold is 1.5")
+        found = {one["name"]: one for one in client.get_parameter_descriptions(timeout=TIMEOUT)}
+        self.assertEqual((found["voxel/leaf"]["min"], found["voxel/leaf"]["max"]), (0.01, 0.5))
+        self.assertEqual(found["hog/threshold"]["default"], -0.3)
+        self.assertNotIn("method", found)
 
 
 if __name__ == "__main__":

@@ -43,6 +43,10 @@ class PersonDetector {
   // was never seen and there is no seed, nothing is detected (ground.state = kUnknown).
   DetectionResult detect(const RgbdFrame& frame, const std::optional<GroundPlane>& ground_seed);
 
+  // Other thresholds, sizes and voxels from the next frame on; the ground stays. The method, and
+  // what its model was made with, stay as they are.
+  void tune(const DetectorParameters& parameters);
+
   // Forgets the ground: after a clock jump or a change of camera.
   void reset() { ground_.reset(); }
 

@@ -34,6 +34,9 @@ class GroundTracker {
  public:
   explicit GroundTracker(const GroundParameters& parameters) : parameters_(parameters) {}
 
+  // Other parameters from the next frame on; the ground known so far stays.
+  void tune(const GroundParameters& parameters) { parameters_ = parameters; }
+
   // `seed`: the ground as tf or a parameter has it. The estimate may not leave its neighbourhood
   // (max_tilt, max_height_change), so a table or a wall never becomes the ground.
   GroundEstimate update(const Points& voxels, const std::optional<GroundPlane>& seed);

@@ -4,9 +4,11 @@
 #include <ros/ros.h>
 
 #include <optional>
+#include <set>
 #include <string>
 
 #include "safe_passage/person_detection/detector.h"
+#include "safe_passage/ros/parameters.h"
 
 namespace safe_passage::person_detection {
 
@@ -21,7 +23,10 @@ struct DetectorNodeParameters {
   double input_timeout = 2.0;              // [s] silence reported as an error
 };
 
+// May be changed while the node runs; not the input, the method and its model.
+extern const std::set<std::string> kLiveParameters;
+
 // Throws std::runtime_error naming the parameter at fault.
-DetectorNodeParameters read_parameters(const ros::NodeHandle& private_node);
+DetectorNodeParameters read_parameters(Parameters& reader);
 
 }  // namespace safe_passage::person_detection

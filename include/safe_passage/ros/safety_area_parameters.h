@@ -28,10 +28,19 @@ inline safety_area::InsidePolicy read_inside_policy(Parameters& from) {
   return kPolicies.at(name);
 }
 
-inline SafetyAreaParameters read_safety_area_parameters() {
+// May be changed while the node runs; not what it waits for.
+inline const std::set<std::string> kLiveSafetyAreaParameters = {
+    "radius",          "growth_speed",        "velocity_stretch",
+    "max_robot_speed", "hold_time",           "laser_hold_time",
+    "laser_gate",      "max_robot_turn_rate", "gate",
+    "max_growth",      "max_person_speed",    "max_persons",
+    "inside_policy",   "clearance",           "body_radius",
+    "tf_tolerance",    "future_tolerance"};
+
+// Throws std::runtime_error naming the parameter at fault.
+inline SafetyAreaParameters read_safety_area_parameters(Parameters& from) {
   SafetyAreaParameters params;
   auto& [memory, area, merge] = params.pipeline;
-  Parameters from(ros::NodeHandle("~"));
   from.read("fixed_frame", params.fixed_frame);
   params.fixed_frame = tf_name(params.fixed_frame);
   if (params.fixed_frame.empty()) from.fail("fixed_frame", "is empty");

@@ -45,6 +45,9 @@ class PersonMemory {
 
   explicit PersonMemory(const MemoryParameters& params = {}) : params_(params) {}
 
+  // Other parameters from now on; persons stay.
+  void tune(const MemoryParameters& params) { params_ = params; }
+
   Update update(const std::vector<Person>& seen);
 
   // The laser met `hits` (fixed frame, on the ground) at `time`: who is there is kept, and followed.

@@ -49,6 +49,12 @@ class Pipeline {
   explicit Pipeline(const PipelineParameters& params = {})
       : params_(params), memory_(params.memory) {}
 
+  // Other parameters from now on; persons stay.
+  void tune(const PipelineParameters& params) {
+    params_ = params;
+    memory_.tune(params.memory);
+  }
+
   PersonMemory::Update remember(const std::vector<Person>& persons) {
     return memory_.update(persons);
   }
