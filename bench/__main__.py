@@ -20,8 +20,9 @@ FULL = [  # what `all` runs
     "segmentation",
     "self_filter",
     "calibration",
+    "faults",
 ]
-NAMES = [*FULL, "leg_tables", "detector", "merger", "costmap"]
+NAMES = [*FULL, "leg_tables", "detector", "merger", "costmap", "soak"]
 
 
 def machine() -> str:

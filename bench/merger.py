@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import socket
 import subprocess
 import time
-import xmlrpc.client
-from contextlib import contextmanager
-from typing import Iterator
 
 import numpy as np
-import roslib.packages
 from safe_passage import _safety_area as areas
 
 from bench.metric import metric
+from bench.ros_master import private_master, program, running
 
 RATE, BEAMS, PERSONS = 40, 1081, 50  # Hz, the paper's scanner, a crowd
 
@@ -61,41 +56,8 @@ def _median_time(scan: areas.Scan, circles: np.ndarray, repeats: int) -> float:
 
 def drive_node(seconds: float) -> dict:
     """The node under load on a master of its own: scans sent and received, latency [ms]."""
-    with socket.socket() as free:
-        free.bind(("localhost", 0))
-        port = free.getsockname()[1]
-    env = dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}", ROS_HOSTNAME="localhost")
-    with _running(["rosmaster", "--core", "-p", str(port)], env):
-        _wait_for_master(env["ROS_MASTER_URI"])
-        with _running([_program("safety_area_merger")], env):
-            command = [_program("merger_load"), "--seconds", str(seconds), "--rate", str(RATE)]
-            command += ["--beams", str(BEAMS), "--persons", str(PERSONS)]
-            done = subprocess.run(command, env=env, stdout=subprocess.PIPE, text=True, check=True)
+    with private_master() as env, running([program("safety_area_merger")], env):
+        command = [program("merger_load"), "--seconds", str(seconds), "--rate", str(RATE)]
+        command += ["--beams", str(BEAMS), "--persons", str(PERSONS)]
+        done = subprocess.run(command, env=env, stdout=subprocess.PIPE, text=True, check=True)
     return json.loads(done.stdout.splitlines()[-1])
-
-
-def _program(name: str) -> str:
-    found = roslib.packages.find_node("safe_passage", name)
-    if not found:
-        raise FileNotFoundError(f"{name} is not built")
-    return found[0]
-
-
-@contextmanager
-def _running(command: list[str], env: dict) -> Iterator[None]:
-    process = subprocess.Popen(command, env=env, stdout=subprocess.DEVNULL)
-    try:
-        yield
-    finally:
-        process.terminate()
-        process.wait(timeout=10)
-
-
-def _wait_for_master(uri: str) -> None:
-    for _ in range(100):
-        try:
-            xmlrpc.client.ServerProxy(uri).getPid("/bench")
-            return
-        except OSError:
-            time.sleep(0.1)
-    raise TimeoutError("rosmaster did not start")

@@ -268,6 +268,20 @@ class SeparationMonitorTest(unittest.TestCase):
 
         self.assert_stops("STALE_ODOMETRY", TIMEOUT, odom=nan)
 
+    def test_5_odometry_of_a_frame_that_nobody_knows_stops_it(self):
+        def of_another_robot(odometry):
+            odometry.child_frame_id = "robot2/base_link"
+
+        self.assert_stops("STALE_ODOMETRY", TIMEOUT, odom=of_another_robot)
+
+    def test_5_odometry_counts_in_the_frame_it_is_told_of(self):
+        def of_the_shoulder(odometry):
+            odometry.child_frame_id = "robot1/shoulder"
+
+        self.be_free()
+        for _ in range(20):
+            self.assertEqual(self.see(odom=of_the_shoulder).level, FREE)
+
     def test_5_tf_gone_stops_it(self):
         self.assert_stops("NO_TF", TIMEOUT, "robot1/odom", without=("tf",))
         self.assert_stops("NO_TF", TIMEOUT, "robot1/shoulder", without=("arm",))
@@ -275,7 +289,7 @@ class SeparationMonitorTest(unittest.TestCase):
     def test_5_a_command_that_is_no_number_stops_it(self):
         for name in ("linear", "angular"):
             for part in "xyz":
-                for value in (math.nan, math.inf):
+                for value in (math.nan, math.inf, 1e308):
 
                     def spoil(twist, name=name, part=part, value=value):
                         setattr(getattr(twist, name), part, value)

@@ -17,6 +17,8 @@ from safe_passage.ros.sensor_conversions import UnusableMessageError
 from safe_passage.separation import Assessment, Obstacles
 from safe_passage.separation.robot_motion import Velocity
 
+FASTEST = 100.0  # [m/s], [rad/s] what claims to be faster is no velocity
+
 
 def to_obstacles(array: TrackedObstacleArray) -> Obstacles:
     """In the array's frame; an obstacle without cells is one at its position.
@@ -51,7 +53,12 @@ def ages_of(array: TrackedObstacleArray) -> np.ndarray:
 
 
 def silent_sensors(array: TrackedObstacleArray, optional: tuple[str, ...]) -> list[str]:
-    """Names of those that should be alive and are not."""
+    """Names of those that should be alive and are not; UnusableMessageError where one is not told.
+
+    Of a sensor that `alive` does not reach, nobody knows.
+    """
+    if len(array.sensors) != len(array.alive):
+        raise UnusableMessageError(Outcome.BAD_FIELDS, "sensors and alive differ in length")
     pairs = zip(array.sensors, array.alive)
     return [name for name, alive in pairs if not alive and name not in optional]
 
@@ -65,9 +72,10 @@ def to_velocity(odometry: Odometry) -> Velocity:
 
 
 def planar(twist: Twist) -> Velocity:
-    """In the plane; NaN everywhere if any of its parts is not finite."""
+    """In the plane; NaN everywhere if any of its parts is not finite, or no robot's."""
     line, turn = twist.linear, twist.angular
-    if all(map(math.isfinite, (line.x, line.y, line.z, turn.x, turn.y, turn.z))):
+    parts = line.x, line.y, line.z, turn.x, turn.y, turn.z
+    if all(abs(part) <= FASTEST for part in parts):  # NaN compares false
         return line.x, line.y, turn.z
     return math.nan, math.nan, math.nan
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from dataclasses import dataclass
@@ -72,7 +73,7 @@ class SeparationInputs:
         self.detail = ""  # what is missing, for people
         kinds = (
             ("tracks", TrackedObstacleArray, self._read_tracks),
-            ("odom", Odometry, to_velocity),
+            ("odom", Odometry, self._read_odometry),
             ("plan", Path, lambda path: path),
             ("cmd_vel_in", Twist, planar),
         )
@@ -180,21 +181,24 @@ class SeparationInputs:
         """The newest time at which tf knows where the robot is."""
         odom, base = self._p.odom_frame, self._p.base_frame
         found = self._tf.lookup_transform(odom, base, rospy.Time()).header.stamp
-        age = (now - found).to_sec()
-        if found.is_zero():  # a robot that is fixed
-            return now
-        if age > self._p.odometry_timeout:
-            raise tf2_ros.ExtrapolationException(f"{odom} -> {base} is {age:.2f} s old")
-        return found
+        self._check_age(found, now, f"{odom} -> {base}")
+        return now if found.is_zero() else found  # zero: a robot that is fixed
+
+    def _check_age(self, stamp: rospy.Time, now: rospy.Time, frames: str) -> None:
+        """Raise TransformException if the newest transform is too old.
+
+        Or ahead: behind that, tf would keep it as the newest whatever comes, or comes no more.
+        """
+        age = (now - stamp).to_sec()
+        if not stamp.is_zero() and not -self._p.max_future <= age <= self._p.odometry_timeout:
+            raise tf2_ros.ExtrapolationException(f"{frames} is {age:.2f} s old")
 
     def _arm(self, now: rospy.Time) -> list[Part]:
         """Capsules from each of the arm's frames to the next, or a disc at the only one."""
         base, places = self._p.base_frame, []
         for joint in self._p.arm_frames:
             found = self._tf.lookup_transform(base, joint.frame, rospy.Time())
-            age = (now - found.header.stamp).to_sec()
-            if not found.header.stamp.is_zero() and age > self._p.odometry_timeout:
-                raise tf2_ros.ExtrapolationException(f"{base} -> {joint.frame} is {age:.2f} s old")
+            self._check_age(found.header.stamp, now, f"{base} -> {joint.frame}")
             places.append((frame_pose(found)[:2], joint.radius))
         pairs = list(zip(places, places[1:])) or [(place, place) for place in places]
         return [Part(a, b, max(wide, narrow)) for (a, wide), (b, narrow) in pairs]
@@ -237,6 +241,20 @@ class SeparationInputs:
     def _read_tracks(self, array: TrackedObstacleArray) -> Tracked:
         silent = silent_sensors(array, self._p.optional_sensors)
         return Tracked(to_obstacles(array), ages_of(array), silent)
+
+    def _read_odometry(self, odometry: Odometry) -> Velocity:
+        """Of base, whatever frame of the robot it is told of; none told: of base."""
+        forward, left, turn = to_velocity(odometry)
+        base, child = self._p.base_frame, odometry.child_frame_id or self._p.base_frame
+        if child == base:
+            return forward, left, turn
+        try:
+            x, y, yaw = frame_pose(self._tf.lookup_transform(base, child, rospy.Time()))
+        except tf2_ros.TransformException as error:
+            raise UnusableMessageError(Outcome.NO_TF, f"of {child}: {error}") from error
+        ahead = math.cos(yaw) * forward - math.sin(yaw) * left
+        aside = math.sin(yaw) * forward + math.cos(yaw) * left
+        return ahead + turn * y, aside - turn * x, turn
 
     def _wake(self) -> None:
         with self._news:

@@ -83,6 +83,16 @@ def test_sensors_that_should_be_alive():
     assert silent_sensors(array, ("c",)) == ["b"]
 
 
+def test_a_sensor_of_which_nobody_tells_whether_it_is_alive_is_refused():
+    with pytest.raises(UnusableMessageError):
+        silent_sensors(TrackedObstacleArray(sensors=["a", "b"], alive=[True]), ())
+
+
+@pytest.mark.parametrize("part", [math.nan, math.inf, 101.0, -1e308])
+def test_what_no_robot_drives_is_no_velocity(part):
+    assert all(map(math.isnan, planar(Twist(linear=Vector3(0.0, part, 0.0)))))
+
+
 def test_a_path_is_placed_by_its_frame():
     poses = [PoseStamped(pose=Pose(position=Point(x, 0.0, 5.0))) for x in (0.0, 1.0)]
     found = to_path(Path(poses=poses), (1.0, 2.0, math.pi / 2))
