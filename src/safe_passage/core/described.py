@@ -29,8 +29,8 @@ class Description:
     name: str  # with the names of what it is part of before it: `labels/gate`, `sources[]/topic`
     type: str  # float | int | bool | str, or the annotation of a list or mapping
     default: Any  # REQUIRED if there is none
-    least: float | None  # of a number that is checked, in `unit`; may depend on other parameters
-    most: float | None  # the same
+    least: Any  # of a number that is checked, in `unit`; may depend on other parameters
+    most: Any  # the same; None: not checked
     unit: str
     choices: tuple  # of which it must be one; empty: not limited so
     text: str  # for people; empty: the name says it all
@@ -154,4 +154,7 @@ def _split_unit(comment: str, unit: str) -> tuple[str, str]:
     if bracketed:
         return bracketed.group(1), bracketed.group(2)
     plain = re.match(rf"{re.escape(unit)}(?:,? |$)(.*)", comment) if unit else None
-    return "", plain.group(1) if plain else comment
+    if plain:
+        return "", plain.group(1)
+    listed = re.match(r"(m|s|rad|Hz), (.*)", comment)
+    return (listed.group(1), listed.group(2)) if listed else ("", comment)
