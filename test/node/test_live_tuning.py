@@ -9,14 +9,15 @@ import unittest
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
-from dynamic_reconfigure.msg import Config, StrParameter
+from dynamic_reconfigure.msg import Config, DoubleParameter, GroupState, StrParameter
 from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import Point, Twist, Vector3
 from nav_msgs.msg import Odometry
-from node_testing import TIMEOUT, Diagnostics, wait_until
+from node_testing import TIMEOUT, CostmapView, Diagnostics, wait_until
 from rosgraph_msgs.msg import Log
 from safe_passage.msg import Person, PersonArray, SeparationState, TrackedObstacleArray
 from safe_passage.ros.conversions import to_header
+from safe_passage.ros.node_pages import cpp_table
 from sensor_msgs.msg import LaserScan
 from tracker_world import BASE, ODOM, World
 
@@ -87,7 +88,7 @@ class LiveTuningTest(unittest.TestCase):
 
     def assert_refused(self, node, changes, because):
         """Nothing changes, the values in force are told back, the log says why."""
-        before = self.client(node).get_configuration(timeout=TIMEOUT)
+        before = self.change(node)  # nothing: the values in force
         told = self.change(node, **changes)
         names = [name for name in before if name != "groups"]
         self.assertEqual({n: told[n] for n in names}, {n: before[n] for n in names})
@@ -207,6 +208,67 @@ class LiveTuningTest(unittest.TestCase):
         self.assertEqual((found["voxel/leaf"]["min"], found["voxel/leaf"]["max"]), (0.01, 0.5))
         self.assertEqual(found["hog/threshold"]["default"], -0.3)
         self.assertNotIn("method", found)
+
+    def test_9_the_costmap_inflates_anew_and_keeps_its_marks(self):
+        costmap = CostmapView("local_costmap/costmap", self.news)
+        self.until(lambda: len(costmap.lethal()) > 10, "marks")
+        self.world.people_after = lambda age: []  # nothing clears: marks are remembered
+        for _ in range(5):
+            self.tick()
+
+        def inflated():
+            return int((costmap.grid > 0).sum())
+
+        marks, before = len(costmap.lethal()), inflated()
+        told = self.client("local_costmap").update_configuration(
+            {"inflation_layer/inflation_radius": 1.0, "inflation_layer/cost_scaling_factor": 1.0}
+        )
+        self.assertEqual(told["inflation_layer/inflation_radius"], 1.0)
+        self.until(lambda: inflated() > 1.2 * before, "wider inflation")
+        self.assertGreaterEqual(len(costmap.lethal()), marks)
+        refused = {"inflation_layer/inflation_radius": -1.0}
+        self.assert_refused("local_costmap", refused, "inflation_layer/inflation_radius is -1.0")
+        refused = {"obstacle_layer/front/min_obstacle_height": 3.0}  # over the max
+        self.assert_refused("local_costmap", refused, "must not exceed")
+        told = self.change("local_costmap", update_frequency=10.0)
+        maps = costmap.maps
+        self.until(lambda: costmap.maps > maps + 2, "maps at another rate")
+
+    def test_a_the_self_filter_waits_and_is_tuned(self):
+        told = self.change("depth_self_filter", padding=0.05, joint_tolerance=0.1)
+        self.assertEqual((told["padding"], told["joint_tolerance"]), (0.05, 0.1))
+        self.assert_refused(
+            "depth_self_filter", {"time_uncertainty": 0.2}, "joint_tolerance is 0.1"
+        )
+
+    def test_b_the_pages_of_the_cpp_nodes_tell_what_the_nodes_tell(self):
+        for node in ("person_detector", "safety_area_merger"):
+            rows, live = cpp_table(node)
+            rows = {row.name: row for row in rows if row.name in live}
+            told = self.client(node).get_parameter_descriptions(timeout=TIMEOUT)
+            self.assertEqual({one["name"] for one in told}, set(rows))
+            for one in told:
+                row = rows[one["name"]]
+                self.assertEqual(one["default"], row.default, row.name)
+                if not row.choices:
+                    least_most = (one["min"], one["max"])
+                    self.assertEqual(least_most[0], row.least, row.name)
+                    if not isinstance(row.most, str):  # else another parameter
+                        self.assertEqual(least_most[1], row.most, row.name)
+                if row.unit and "(" not in one["description"]:
+                    self.assertEqual(one["description"], f"[{row.unit}]")
+
+    def test_c_requests_with_groups_as_of_rqt(self):
+        for node, name, value in (
+            ("separation_monitor", "min_distance", 0.35),
+            ("safety_area_merger", "clearance", 0.35),
+        ):
+            change = rospy.ServiceProxy(f"/robot1/{node}/set_parameters", Reconfigure)
+            numbers = [DoubleParameter(name, value)]
+            told = change(
+                Config(doubles=numbers, groups=[GroupState("Default", True, 0, 0)])
+            ).config
+            self.assertIn((name, value), [(one.name, one.value) for one in told.doubles])
 
 
 if __name__ == "__main__":
