@@ -42,6 +42,19 @@ class TestCostmap:
         fresh = LocalCostmap(changed(self.parameters, {"inflation_layer/inflation_radius": 0.8}))
         np.testing.assert_array_equal(after, fresh.update(self.here, self.seen(1.0), 0.0).costs)
 
+    def test_the_whole_window_is_computed_anew(self):
+        parameters = changed(self.parameters, {"obstacle_layer/scan/clearing": False})
+        wider = changed(parameters, {"inflation_layer/inflation_radius": 0.8})
+        tuned, fresh = LocalCostmap(parameters), LocalCostmap(wider)
+        for x in (-1.5, 1.5):  # the first is a mark that nobody sees any more
+            for costmap in (tuned, fresh):
+                costmap.update(self.here, self.seen(x), 0.0)
+        for costmap in (tuned, fresh):
+            costmap.update(self.here, {}, 0.1)
+        tuned.tune(wider)
+        costs = [costmap.update(self.here, {}, 0.2).costs for costmap in (tuned, fresh)]
+        np.testing.assert_array_equal(*costs)
+
     def test_a_new_range_counts_for_what_comes_next(self):
         costmap = LocalCostmap(self.parameters)
         costmap.tune(changed(self.parameters, {"obstacle_layer/scan/obstacle_range": 0.5}))
