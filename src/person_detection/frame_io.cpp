@@ -44,7 +44,11 @@ RgbdFrame load_pcd(const std::string& path) {
       frame.xyz.at<cv::Vec3f>(row, column) = {point.x, point.y, point.z};
       frame.bgr.at<cv::Vec3b>(row, column) = {point.b, point.g, point.r};
     }
-  frame.camera = estimate_intrinsics(frame.xyz);
+  try {
+    frame.camera = estimate_intrinsics(frame.xyz);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(path + ": " + error.what());
+  }
   return frame;
 }
 
