@@ -126,6 +126,17 @@ TEST(Ground, IsTrackedWithoutSeedWhileTheCameraNods) {
   }
 }
 
+TEST(Ground, StaysKnownWhenTuned) {
+  GroundTracker tracker(GroundParameters{});
+  tracker.update(floor_points(2000), level(1.5F));
+  GroundParameters stricter;
+  stricter.min_inliers = 5000;
+  tracker.tune(stricter);
+  const GroundEstimate held = tracker.update(floor_points(2000), std::nullopt);
+  EXPECT_EQ(held.state, GroundState::kHeld);
+  EXPECT_NEAR(held.plane.offset, 1.5, 0.02);
+}
+
 TEST(Ground, IsHeldWhileHiddenAndTrackedAgainAfterwards) {
   GroundTracker tracker{GroundParameters{}};
   tracker.update(floor_points(3000), std::nullopt);

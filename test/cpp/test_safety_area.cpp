@@ -551,6 +551,20 @@ TEST(Pipeline, WithoutAPoseTheScanComesBack) {
   EXPECT_TRUE(same_bits(pipeline.merge(scan, 10, std::nullopt).scan.ranges, scan.ranges));
 }
 
+TEST(Pipeline, TunedKeepsItsPersons) {
+  Pipeline pipeline;
+  pipeline.remember({Person{"", 0, 0.0, 0.0, {5.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 1.8}});
+  const Scan scan = make_scan(0.0, 1.0, 1);
+  EXPECT_NEAR(pipeline.merge(scan, 0.1, LaserPose{}).scan.ranges[0], 3.8, 1e-5);
+  PipelineParameters params;
+  params.area.radius = 2.0;
+  pipeline.tune(params);
+  EXPECT_NEAR(pipeline.merge(scan, 0.2, LaserPose{}).scan.ranges[0], 3.0, 1e-5);
+  params.memory.hold_time = 0.25;
+  pipeline.tune(params);
+  EXPECT_TRUE(pipeline.merge(scan, 0.3, LaserPose{}).areas.empty());
+}
+
 TEST(Pipeline, ClearForgets) {
   Pipeline pipeline;
   pipeline.remember({person(10, 3, 0)});

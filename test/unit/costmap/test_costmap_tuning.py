@@ -22,8 +22,8 @@ class TestCostmap:
             InflationLayerParameters(inflation_radius=0.3),
         ),
         rolling_window=True,
-        width=4.0,
-        height=4.0,
+        width=6.0,
+        height=6.0,
     )
     here = (0.0, 0.0, 0.0)
 
@@ -46,7 +46,7 @@ class TestCostmap:
         parameters = changed(self.parameters, {"obstacle_layer/scan/clearing": False})
         wider = changed(parameters, {"inflation_layer/inflation_radius": 0.8})
         tuned, fresh = LocalCostmap(parameters), LocalCostmap(wider)
-        for x in (-1.5, 1.5):  # the first is a mark that nobody sees any more
+        for x in (-2.4, 1.5):  # the first is a mark that nobody sees any more
             for costmap in (tuned, fresh):
                 costmap.update(self.here, self.seen(x), 0.0)
         for costmap in (tuned, fresh):
