@@ -62,10 +62,21 @@ def main(config: Path, arguments: Sequence[str] | None = None) -> int:
             raise InputError(f"--robot {args.robot}: known are {', '.join(robots)}")
         robot = args.robot or next(iter(robots))
         jobs = [
-            Job(f, out, robot, robots, parameters, args.up, args.axis, args.origin, args.walls)
-            for f, out in zip(args.files, _folders(args.files, args.out))
+            Job(
+                f.absolute(),
+                out,
+                robot,
+                robots,
+                parameters,
+                args.up,
+                args.axis,
+                args.origin,
+                args.walls,
+            )
+            for f, out in zip(args.files, _folders(args.files, args.out.absolute()))
         ]
-        lines = run_jobs(segment_file, jobs, Workers(min(args.jobs, len(jobs))), "scans")
+        workers = Workers(min(args.jobs, len(jobs)), args.dask)
+        lines = run_jobs(segment_file, jobs, workers, "scans")
     except SafePassageError as error:
         print(f"segment_scan: {error}", file=sys.stderr)
         return 1
@@ -158,6 +169,7 @@ def _parser(config: Path) -> argparse.ArgumentParser:
     add("files", type=Path, nargs="+", metavar="FILE", help=f"{', '.join(ENDINGS)}")
     add("--out", type=Path, default=Path("segmentation"), metavar="FOLDER", help="%(default)s")
     add("--jobs", type=_positive, default=1, metavar="N", help="files at once")
+    add("--dask", default="", metavar="ADDRESS", help="of a scheduler, whose workers see the files")
     add("--robot", default="", metavar="NAME", help="configuration; the first one without it")
     add("--config", type=Path, default=config / "scan_segmentation.yaml", metavar="YAML")
     add("--up", type=direction, default=(0.0, 0.0, 1.0), metavar="X,Y,Z", help="against gravity")

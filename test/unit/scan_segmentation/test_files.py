@@ -283,3 +283,9 @@ def test_the_configuration_names_what_is_wrong(tmp_path):
     (tmp_path / "b.yaml").write_text("parameters: {}\n")
     with pytest.raises(ParameterError, match="robots"):
         read_configuration(tmp_path / "b.yaml")
+
+
+def test_a_cluster_that_is_not_there_is_named(written, capsys):
+    assert main(CONFIG, [str(written / "up.xyz"), "--dask", "tcp://localhost:1"]) == 1
+    said = capsys.readouterr().err
+    assert "distributed" in said or "tcp://localhost:1" in said
