@@ -14,6 +14,7 @@ import cv2
 from safe_passage.core.errors import InputError
 from safe_passage.core.progress import Progress
 
+CONNECT = 5.0  # [s] for a scheduler to answer
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
@@ -80,7 +81,7 @@ def _on_cluster(
     except ImportError:
         raise InputError("a cluster needs the python package distributed") from None
     try:
-        client = distributed.Client(address)
+        client = distributed.Client(address, timeout=CONNECT)
     except (OSError, ValueError) as error:
         raise InputError(f"{address}: no Dask scheduler there ({error})") from None
     with client:
