@@ -104,7 +104,7 @@ class WarehouseSimNode:
         self._markers_pub = rospy.Publisher("~markers", MarkerArray, queue_size=1)
         self._world_pub = rospy.Publisher("~world_markers", MarkerArray, queue_size=1, latch=True)
         self._lidars = [
-            (lidar, rospy.Publisher(lidar.topic, LaserScan, queue_size=2))
+            (lidar, rospy.Publisher(lidar.topic, LaserScan, queue_size=50))
             for lidar in self._robot.lidars
         ]
         self._cameras = [(camera, _CameraTopics(camera)) for camera in self._robot.cameras]

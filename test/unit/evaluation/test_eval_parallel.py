@@ -53,7 +53,7 @@ class FakeClient:
 
     threads = types.MappingProxyType({"tcp://a": 1, "tcp://b": 1})
 
-    def __init__(self, address):
+    def __init__(self, address, timeout):
         if address == "tcp://nowhere:1":
             raise OSError("connection refused")
 
