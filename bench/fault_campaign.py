@@ -21,7 +21,6 @@ from bench.fault_graph import Graph, NodeProcess, Output, Told
 from bench.fault_subject import SLACK, Input, Sent, Stated, Subject
 from bench.fault_transforms import Transform, faults_of, has_nan
 
-JUDGED = 0.6  # [s] simulated, for which the stated behaviour is watched
 RECENT = 1.0  # [s] simulated: outputs that were under way when a fault began
 PATIENCE = 30.0  # [s] of wall time for anything that must come
 TOLD_WITHIN = 8.0  # [s] of wall time, as /diagnostics comes
@@ -82,13 +81,15 @@ class Campaign:
 
     def _input_case(self, one: Input, name: str, transform: Transform) -> str:
         stated = self._stated(one, name)
+        if stated and stated.told and not self._report_well():
+            return f"not reported well before the fault: {self._told}"
         began, drops = self._graph.now.to_sec(), self._told.drops()
         memory = self._node.memory()
         with self._graph.news:
             start, warnings = len(self._graph.outputs), len(self._graph.warnings)
         self._sent.clear()
         from_then = began + (one.timeout + SLACK if stated else 0.0)
-        end, patience = from_then + JUDGED, time.monotonic() + TOLD_WITHIN
+        end, patience = from_then + self._subject.judged, time.monotonic() + TOLD_WITHIN
         number = 0
         while self._graph.now.to_sec() < end or (
             stated
@@ -112,6 +113,13 @@ class Campaign:
             problem = f"took {(self._node.memory() - memory) / 2**20:.0f} MiB"
         late = stated.late if stated else 0.0
         return problem or self._until_well(self._subject.recovery + late, "after the fault")
+
+    def _report_well(self) -> bool:
+        """What was told of the last fault is told no more; else nobody knew of which this is."""
+        patience = time.monotonic() + TOLD_WITHIN
+        while self._told.worst() > 0 and time.monotonic() < patience:
+            self._step()
+        return self._told.worst() <= 0
 
     def _stated(self, one: Input, name: str) -> Stated | None:
         """What must be seen; None: nothing but what is always so, and health at the end."""

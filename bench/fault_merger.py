@@ -63,7 +63,7 @@ class SafetyAreaMergerSubject(Subject):
                 stated={
                     "NaN": Stated(anything, told=True),
                     "empty": scan_as_is,
-                    "truncated": scan_as_is,
+                    "truncated": Stated(anything, told=False),
                     "wrong frame": scan_as_is,
                     "stale": seen_still,
                     "future": seen_still,

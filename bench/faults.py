@@ -12,7 +12,16 @@ from pathlib import Path
 from bench.metric import metric
 from bench.ros_master import private_master, program, running
 
-NODES = ["separation_monitor", "safety_area_merger"]  # the most important first
+NODES = [  # the most important first
+    "separation_monitor",
+    "safety_area_merger",
+    "obstacle_tracker",
+    "local_costmap",
+    "person_detector",
+    "depth_self_filter",
+    "scan_assembler",
+    "leg_detector",
+]
 QUICK = NODES[:2]
 
 

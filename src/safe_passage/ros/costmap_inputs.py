@@ -68,9 +68,10 @@ class RobotPose:
         diagnostics.expect(self.NAME)
 
     def at(self, now: rospy.Time) -> tuple[float, float, float] | None:
-        """Newest pose (x m, y m, yaw rad), or None when older than transform_tolerance.
+        """Newest pose (x m, y m, yaw rad), or None when older or ahead by transform_tolerance.
 
-        A missing pose is not counted but logged, so that diagnostics report it as awaited.
+        What is ahead tf keeps as the newest, whatever comes after it. A missing pose is not counted
+        but logged, so that diagnostics report it as awaited.
         """
         frames = self._costmap.global_frame, self._costmap.robot_base_frame
         try:
@@ -80,7 +81,7 @@ class RobotPose:
             return None
         age = (now - found.header.stamp).to_sec()
         static = found.header.stamp.is_zero()
-        if age > self._costmap.transform_tolerance and not static:
+        if abs(age) > self._costmap.transform_tolerance and not static:
             rospy.logwarn_throttle(5.0, f"no update, {self.NAME} {age:.3f} s old")
             return None
         self._diagnostics.count(self.NAME, Outcome.OK)

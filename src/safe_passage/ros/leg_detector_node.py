@@ -20,7 +20,7 @@ from safe_passage.ros.clock import JumpDetector
 from safe_passage.ros.diagnostics import NodeDiagnostics, Outcome
 from safe_passage.ros.leg_conversions import from_message, to_markers, to_persons
 from safe_passage.ros.parameters import read_parameters
-from safe_passage.ros.sensor_conversions import UnusableMessageError
+from safe_passage.ros.sensor_conversions import UnusableMessageError, check_count
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,9 @@ class LegDetectorNode:
         self._diagnostics.count(self._topic, outcome, detail)
 
     def _publish(self, message: LaserScan) -> None:
-        detection = self._detector.detect(from_message(message))
+        scan = from_message(message)
+        check_count(message)
+        detection = self._detector.detect(scan)
         header = message.header
         self._persons_pub.publish(to_persons(detection, header, self._p.laser_height))
         if self._markers_pub.get_num_connections():

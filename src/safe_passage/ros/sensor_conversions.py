@@ -9,6 +9,8 @@ from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 
 from safe_passage.ros.diagnostics import Outcome
 
+SPARE_BEAMS = 0.01  # share of a scan's beams by which its angles may be off
+
 
 class UnusableMessageError(Exception):
     """A message that cannot be used, and why."""
@@ -49,10 +51,25 @@ def scan_ranges(scan: LaserScan) -> np.ndarray:
         raise UnusableMessageError(Outcome.EMPTY, "no beams")
     if scan.angle_increment == 0.0 and len(scan.ranges) > 1:
         raise UnusableMessageError(Outcome.BAD_FIELDS, "every beam has the same direction")
+    check_count(scan)
     ranges = np.array(scan.ranges, dtype=np.float32)
     if np.isnan(ranges).all():
         raise UnusableMessageError(Outcome.NOT_FINITE, "every range is NaN")
     return ranges
+
+
+def check_count(scan: LaserScan) -> None:
+    """Raise UnusableMessageError if beams are missing, or are too many for the scan's angles.
+
+    A scan that is torn leaves blind what the scanner is there to see. Drivers are off by one.
+    """
+    count = len(scan.ranges)
+    if count == 1:
+        return
+    told = (scan.angle_max - scan.angle_min) / scan.angle_increment + 1.0
+    if not abs(count - told) <= max(2.0, SPARE_BEAMS * told):  # NaN compares false
+        what = f"{count} beams, angles of {told:.0f}"
+        raise UnusableMessageError(Outcome.BAD_FIELDS, what)
 
 
 def cloud_xyz(cloud: PointCloud2) -> np.ndarray:

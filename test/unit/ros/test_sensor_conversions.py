@@ -22,7 +22,9 @@ def make_scan(**changes):
         "angle_min": -1.0, "angle_increment": 0.1, "range_min": 0.5, "range_max": 9.0,
         "ranges": [1.0, 2.0],
     }  # fmt: skip
-    return LaserScan(**{**fields, **changes})
+    scan = LaserScan(**{**fields, **changes})
+    scan.angle_max = scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1)
+    return scan
 
 
 def make_cloud(**changes):
@@ -42,6 +44,17 @@ def test_what_is_outside_the_scanners_range_is_no_return():
     beams = scan_beams(make_scan(ranges=[0.4, 0.5, 9.0, 9.1, math.inf, math.nan, -1.0]))
     assert np.isnan(beams.ranges).tolist() == [True, False, False, True, True, True, True]
     assert beams.angles()[1] == pytest.approx(-0.9)
+
+
+@pytest.mark.parametrize(("missing", "is_used"), [(-2, True), (0, True), (2, True), (50, False)])
+def test_a_scan_is_refused_where_beams_are_missing_or_too_many(missing, is_used):
+    scan = make_scan(ranges=[1.0] * 100)
+    scan.ranges = [1.0] * (100 - missing)
+    if is_used:
+        assert len(scan_beams(scan).ranges) == 100 - missing
+    else:
+        with pytest.raises(UnusableMessageError, match="50 beams, angles of 100"):
+            scan_beams(scan)
 
 
 @pytest.mark.parametrize(
