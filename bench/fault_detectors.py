@@ -17,7 +17,8 @@ from test_leg_detector import message as leg_scan
 from test_person_detector import CAMERA, GROUND, POSITION_ERROR, SCENE_TIME
 from tf2_msgs.msg import TFMessage
 
-from bench.fault_subject import Input, Seen, Sent, Subject, of, silence
+from bench.fault_subject import Input, Seen, Sent, Stated, Subject, of, silence
+from bench.fault_transforms import NOWHERE
 
 PERSONS = "persons"
 UNKNOWN = frozenset({"velocity", "height"})  # of persons

@@ -49,8 +49,12 @@ def campaign(node: str, quick: bool) -> list[dict]:
         file = Path(folder) / "rows"
         command = [sys.executable, "-m", "bench.fault_campaign", node, str(file)]
         with running([program("rosout", "rosout")], env):
-            subprocess.run(command + ["--quick"] * quick, env=env, check=True)
-        return [json.loads(line) for line in file.read_text().splitlines()]
+            done = subprocess.run(command + ["--quick"] * quick, env=env, check=False)
+        rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+        if done.returncode:
+            problem = f"the campaign ended with {done.returncode}"
+            rows.append({"node": node, "input": "campaign", "fault": "all", "problem": problem})
+        return rows
 
 
 def table(rows: list[dict]) -> str:
