@@ -27,6 +27,7 @@ TOLD_WITHIN = 8.0  # [s] of wall time, as /diagnostics comes
 FORWARD, BACK = 60.0, -30.0  # [s] that the clock jumps
 QUICK = ("silent", "tf gap", "NaN", "wrong frame", "clock jump back", "killed")
 UNHARMED = ("out of order", "duplicated")
+LAG = 0.3  # [s] of wall time that an answer may take on a busy machine
 MEMORY = 2**30  # [byte] that no message may cost
 
 Row = dict  # node, input, fault, problem
@@ -218,6 +219,12 @@ class Campaign:
         with self._graph.news:
             while time.monotonic() < end:
                 self._graph.news.wait(end - time.monotonic())
+            if self._subject.answers:  # a busy machine must not make its messages old
+                self._graph.news.wait_for(lambda: self._answered(now.to_sec()), LAG)
+
+    def _answered(self, now: float) -> bool:
+        last = [o for o in self._graph.outputs[-10:] if o.topic == self._subject.answers]
+        return bool(last) and last[-1].stamp > now - 2 * self._subject.tick
 
     def _advertise(self, one: Input) -> rospy.Publisher:
         return rospy.Publisher(one.topic, one.kind, queue_size=100, tcp_nodelay=True)

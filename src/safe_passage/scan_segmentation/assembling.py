@@ -144,12 +144,14 @@ class ScanAssembler:
         last = self._lines[-1]
         if len(line.alpha) != len(last.alpha) or not np.allclose(line.alpha, last.alpha, atol=1e-3):
             return Step.CHANGED
-        if not 0.0 < pause <= self._p.max_pause:
+        stands = abs(turned) < self._p.sweep / self._p.max_lines
+        twice = pause == 0.0 and stands  # the message came again
+        if not (twice or 0.0 < pause <= self._p.max_pause):
             return Step.PAUSED
         if abs(turned) > self._p.max_step:
             return Step.GAP
         swept = self._angles[-1] - self._angles[0]
-        back = swept * turned < 0.0 and abs(turned) >= self._p.sweep / self._p.max_lines
+        back = swept * turned < 0.0 and not stands
         return Step.REVERSED if back else None
 
     def _assembled(self) -> Assembled:

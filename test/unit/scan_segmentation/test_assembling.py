@@ -60,6 +60,13 @@ def test_a_turn_is_one_cloud_as_the_equations_say(count, start, direction, withi
     np.testing.assert_allclose(steps, step, atol=1e-9)
 
 
+def test_lines_that_come_twice_are_taken_once():
+    once = [line(i, 0.1, within=0.5) for i in range(70)]
+    _, (expected,) = assembled(once)
+    _, (done,) = assembled([one for one in once for _ in range(2)])
+    np.testing.assert_array_equal(done.scan.points, expected.scan.points)
+
+
 def test_the_papers_sizes():
     for count in (80, 430):
         _, done = assembled([line(i, 2.0 * math.pi / count) for i in range(count + 1)])
