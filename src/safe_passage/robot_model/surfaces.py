@@ -104,10 +104,13 @@ def load_mesh(path: Path, scale: np.ndarray | None = None) -> Surface:
         raise InputError(f"{path}: cannot be read ({error})") from None
     if not len(mesh.faces):
         raise InputError(f"{path}: there are no triangles in it")
+    vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces)
+    if vertices.shape[1:] != (3,) or not np.isfinite(vertices).all():
+        raise InputError(f"{path}: its corners are not x, y, z")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise InputError(f"{path}: a triangle's corner is not in it")
     size = unit * (np.ones(3) if scale is None else np.asarray(scale, float))
-    return _merged(
-        np.asarray(mesh.vertices) * size, np.asarray(mesh.faces), bool(np.prod(size) < 0)
-    )
+    return _merged(vertices * size, faces, bool(np.prod(size) < 0))
 
 
 def box(size: np.ndarray) -> Surface:
