@@ -78,7 +78,7 @@ class FreeSpace:
                 if stamp - view.stamp > PASSING:
                     met |= ended
         left = np.zeros(len(grid.cell), bool)
-        for view in self._last.values():  # of scans only: clouds are not put together
+        for view in self._last.values():
             if stamp - view.stamp < APART:
                 left |= view.beams(grid, pose)[0]
         left &= ~np.isfinite(grid.fresh[:, 2])

@@ -40,7 +40,10 @@ class ScanView:
         return ScanView(origin, known)
 
     def beams(self, at: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which points (N, 2) [m] in base beams have passed, and at which they ended."""
+        """Which points (N, 2) [m] in base beams have passed, and at which they ended.
+
+        height: is not asked; only who knows that a scanner sees these points may ask it.
+        """
         relative = at - np.array(self.origin)
         distance = _length(relative)
         width = np.arcsin(np.minimum(BESIDE / np.maximum(distance, BESIDE), 1.0))
