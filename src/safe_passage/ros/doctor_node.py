@@ -183,8 +183,11 @@ class Doctor:
         """Types that our nodes expect of the topics they read, as they say themselves."""
         found = {}
         for node in {node for nodes in read.values() for node in nodes}:
-            for topic, kind in subscriptions(self._master.lookupNode(node)):
-                found[topic] = kind
+            try:
+                uri = self._master.lookupNode(node)
+            except rosgraph.MasterError:
+                continue  # it left meanwhile
+            found.update(subscriptions(uri))
         return {topic: found.get(topic, "*") for topic in read}
 
     def _parameters(self, node: str) -> dict[str, Any]:
@@ -230,8 +233,11 @@ class Doctor:
 
 
 def subscriptions(uri: str) -> list[tuple[str, str]]:
-    """Topics that a node reads, with the types it wants."""
-    code, _, found = xmlrpc.client.ServerProxy(uri).getSubscriptions("/doctor")  # type: ignore[misc]
+    """Topics that a node reads, with the types it wants; none of a node that has just died."""
+    try:
+        code, _, found = xmlrpc.client.ServerProxy(uri).getSubscriptions("/doctor")  # type: ignore[misc]
+    except (OSError, xmlrpc.client.Error):
+        return []
     return [(topic, kind) for topic, kind in found] if code == 1 else []  # type: ignore[union-attr]
 
 
