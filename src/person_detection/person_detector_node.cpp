@@ -117,9 +117,9 @@ class PersonDetectorNode {
     }
     const double age = (now - header.stamp).toSec();
     if (age > parameters_.max_age)
-      diagnostics_.count(input_, Outcome::kStale);
+      diagnostics_.count(input_, Outcome::kStale, said_age(age));
     else if (age < -parameters_.max_future)
-      diagnostics_.count(input_, Outcome::kFuture);
+      diagnostics_.count(input_, Outcome::kFuture, said_age(age));
     else if (header.frame_id.empty())
       diagnostics_.count(input_, Outcome::kBadFields, "no frame_id");
     else

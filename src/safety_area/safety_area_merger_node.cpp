@@ -114,13 +114,12 @@ class SafetyAreaMerger {
 
   void on_persons(const std::string& topic, const PersonArray::ConstPtr& in) {
     std::unique_lock<std::mutex> lock(mutex_);
-    const double now = forget_if_jumped().toSec();
-    const double stamp = in->header.stamp.toSec();
+    const double age = forget_if_jumped().toSec() - in->header.stamp.toSec();
     const std::string frame = "frame '" + in->header.frame_id + "'";
     if (in->header.frame_id.empty()) return diagnostics_.count(topic, Outcome::kBadFields, frame);
-    if (now - stamp > hold_time()) return diagnostics_.count(topic, Outcome::kStale, frame);
-    if (stamp - now > params_.future_tolerance)
-      return diagnostics_.count(topic, Outcome::kFuture, frame);
+    if (age > hold_time()) return diagnostics_.count(topic, Outcome::kStale, said_age(age));
+    if (-age > params_.future_tolerance)
+      return diagnostics_.count(topic, Outcome::kFuture, said_age(age));
     if (in->persons.empty()) return diagnostics_.count(topic, Outcome::kOk);
     if (pending_.size() == kMaxPending) {
       diagnostics_.count(pending_.front().topic, Outcome::kNoTf, frame);

@@ -5,6 +5,8 @@
 #include <ros/ros.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -19,6 +21,13 @@ inline const char* to_string(Outcome outcome) {
   static const char* const kNames[] = {"OK",    "STALE", "FUTURE",     "OUT_OF_ORDER",
                                        "NO_TF", "EMPTY", "BAD_FIELDS", "NOT_FINITE"};
   return kNames[static_cast<int>(outcome)];
+}
+
+// By how much a stamp is off, for STALE and FUTURE: it tells which clock is wrong.
+inline std::string said_age(double age) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3f s %s", std::abs(age), age < 0.0 ? "ahead" : "old");
+  return text;
 }
 
 class NodeDiagnostics {
@@ -43,6 +52,7 @@ class NodeDiagnostics {
       Input& entry = inputs_[input];
       ++entry.outcomes[outcome];
       entry.last_outcome = outcome;
+      entry.last_detail = detail;
       entry.last = ros::WallTime::now();
       if (outcome == Outcome::kOk) entry.last_ok = entry.last;
     }
@@ -65,6 +75,7 @@ class NodeDiagnostics {
     bool expected = false;
     std::map<Outcome, unsigned long> outcomes;
     Outcome last_outcome = Outcome::kOk;
+    std::string last_detail;
     ros::WallTime last, last_ok;
   };
 
@@ -75,8 +86,11 @@ class NodeDiagnostics {
       return (now - (time.isZero() ? started_ : time)).toSec() > timeout_;
     };
     if (!long_since(input.last_ok)) return "";
+    const bool by_clock =
+        input.last_outcome == Outcome::kStale || input.last_outcome == Outcome::kFuture;
+    const std::string by = by_clock && !input.last_detail.empty() ? ", " + input.last_detail : "";
     if (!long_since(input.last) && !input.last.isZero())
-      return name + ": only dropped messages, last reason " + to_string(input.last_outcome);
+      return name + ": only dropped messages, last reason " + to_string(input.last_outcome) + by;
     if (!input.expected || !long_since(input.last)) return "";
     return (input.last.isZero() ? "waiting for " : "silent: ") + name;
   }

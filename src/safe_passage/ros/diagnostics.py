@@ -30,6 +30,9 @@ class Outcome(enum.Enum):
     BROKEN_SWEEP = "BROKEN_SWEEP"  # its lines do not go on where the last ended
 
 
+CLOCKS = (Outcome.STALE, Outcome.FUTURE)  # by how much tells which clock is wrong
+
+
 class NodeDiagnostics:
     """Counts messages by outcome; reports rate, latency, silent inputs once a second.
 
@@ -43,7 +46,7 @@ class NodeDiagnostics:
         self._outcomes: dict[str, Counter[Outcome]] = defaultdict(Counter)
         self._expected: set[str] = set()
         self._faulty: set[str] = set()
-        self._last: dict[str, tuple[float, Outcome]] = {}
+        self._last: dict[str, tuple[float, Outcome, str]] = {}
         self._last_ok: dict[str, float] = {}
         self._started = self._reported = time.monotonic()
         self._outputs, self._worst_latency = 0, 0.0
@@ -65,7 +68,7 @@ class NodeDiagnostics:
         with self._lock:
             self._outcomes[name][outcome] += 1
             now = time.monotonic()
-            self._last[name] = now, outcome
+            self._last[name] = now, outcome, detail
             if outcome is Outcome.OK:
                 self._last_ok[name] = now
         if outcome is not Outcome.OK:
@@ -82,9 +85,10 @@ class NodeDiagnostics:
         oldest = now - self._timeout
         if self._last_ok.get(name, self._started) >= oldest:
             return ""
-        last, outcome = self._last.get(name, (self._started, None))
+        last, outcome, detail = self._last.get(name, (self._started, None, ""))
         if outcome and last >= oldest:
-            return f"{name}: only dropped messages, last reason {outcome.value}"
+            by = f", {detail}" if outcome in CLOCKS and detail else ""
+            return f"{name}: only dropped messages, last reason {outcome.value}{by}"
         if name not in self._expected or last >= oldest:
             return ""
         return f"silent: {name}" if outcome else f"waiting for: {name}"
