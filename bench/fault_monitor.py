@@ -55,7 +55,6 @@ class SeparationMonitorSubject(Subject):
         f"config:={NODE_TESTS}/separation_monitor.yaml",
     )
     frames = frozenset({BASE})
-    answers = STATE
     without_number = frozenset(
         f"{name}_distance" for name in ("present", "predicted", "required")
     ) | {"time_to_collision"}

@@ -57,8 +57,7 @@ class Subject:
     outputs: dict[str, type]  # by topic
     inputs: tuple[Input, ...]
     tick = 0.05  # [s] a step of simulated time
-    pause = 0.025  # [s] of wall time that the node has for it
-    answers = ""  # topic on which each step is answered; then the next step waits for it
+    pause = 0.025  # [s] of wall time that a step takes at least
     recovery = 3.0  # [s] simulated, until it is well again
     judged = 0.6  # [s] simulated, for which the stated behaviour is watched
     without_number: frozenset[str] = frozenset()  # fields of outputs that may be NaN or infinite
