@@ -22,7 +22,7 @@ from visualization_msgs.msg import MarkerArray
 import safe_passage._person_detection as detection
 from safe_passage.core.errors import ParameterError
 from safe_passage.core.geometry import compose, inverse, matrix
-from safe_passage.core.parameters import check_range, check_text
+from safe_passage.core.parameters import check_flag, check_range, check_text
 from safe_passage.msg import PersonArray
 from safe_passage.ros import conversions, simulation_conversions
 from safe_passage.ros.parameters import read_parameters
@@ -34,6 +34,7 @@ from safe_passage.simulation.simulator import Simulator
 from safe_passage.simulation.worlds import load_world
 
 CLOCK_START = 1.0  # [s] a clock at 0 means that none is running
+MOST_BEHIND = 0.1  # [s] behind another simulator's clock
 PEOPLE_RATE = 10.0  # [Hz] of the truth about people
 
 
@@ -45,6 +46,7 @@ class WarehouseSimParameters:
     robot: str = ""  # yaml file, see config/robots
     seed: int = 0  # of all noise
     real_time_factor: float = 1.0  # simulated seconds a second, at most
+    follow_clock: bool = False  # another simulator makes the clock: keep in its time
     faults: tuple = ()  # of sensors, tf and odometry, see simulation/faults.py
     map_frame: str = "map"
     odom_frame: str = "odom"
@@ -56,6 +58,7 @@ class WarehouseSimParameters:
         check_text("robot", self.robot)
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
             raise ParameterError(f"seed is {self.seed!r}, must be a whole number from 0 on")
+        check_flag("follow_clock", self.follow_clock)
         check_range("real_time_factor", self.real_time_factor, 0.01, 100.0, "")
 
 
@@ -82,12 +85,16 @@ class WarehouseSimNode:
         rospy.Subscriber("cmd_vel", TwistMessage, self._on_command, queue_size=1)
         rospy.Service("~reset", Empty, self._on_reset)
         self._command, self._reset = Twist(), False
+        self._began = self._first_stamp()
         self._commanded = -math.inf
         self._publish_still()
         rospy.loginfo(f"world {world.name}, robot {robot.name}, {len(self._sim.bodies)} people")
 
     def spin(self) -> None:
         """Simulate until shutdown, no faster than wanted."""
+        if self._p.follow_clock:
+            self._follow()
+            return
         step = self._sim.STEP / self._p.real_time_factor
         due = time.monotonic()
         while not rospy.is_shutdown():
@@ -95,8 +102,32 @@ class WarehouseSimNode:
             due = max(due + step, time.monotonic() - step)  # what was lost is not caught up
             time.sleep(max(0.0, due - time.monotonic()))
 
+    def _first_stamp(self) -> float:
+        """[s] of the clock when the simulation starts."""
+        if not self._p.follow_clock:
+            return CLOCK_START
+        rospy.loginfo("waiting for the other simulator's /clock")
+        while rospy.get_time() == 0.0 and not rospy.is_shutdown():
+            time.sleep(0.05)
+        return rospy.get_time()
+
+    def _follow(self) -> None:
+        """Simulate until shutdown, in the time that the clock tells."""
+        before, step = 0.0, self._sim.STEP
+        while not rospy.is_shutdown():
+            now = rospy.get_time()
+            self._reset, before = self._reset or now < before, now
+            behind = now - self._began - self._sim.time
+            if behind > MOST_BEHIND:  # what was lost is not caught up
+                self._began += behind - step
+            if behind >= step or self._reset:
+                self._cycle()
+            else:
+                time.sleep(0.2 * step)
+
     def _advertise(self) -> None:
-        self._clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
+        if not self._p.follow_clock:
+            self._clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
         self._odom_pub = rospy.Publisher("odom", Odometry, queue_size=10)
         self._joints_pub = rospy.Publisher("joint_states", JointState, queue_size=10)
         self._map_pub = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
@@ -136,7 +167,8 @@ class WarehouseSimNode:
         self._sim.base.drift = self._faults.odometry_drift(self._sim.time)
         self._sim.step()
         stamp = self._stamp()
-        self._clock_pub.publish(Clock(stamp))
+        if not self._p.follow_clock:
+            self._clock_pub.publish(Clock(stamp))
         self._publish_base(stamp)
         for lidar, publisher in self._lidars:
             if publisher.get_num_connections() and self._speaks(lidar.name, lidar.rate):
@@ -170,7 +202,7 @@ class WarehouseSimNode:
             publish()
 
     def _stamp(self) -> rospy.Time:
-        return rospy.Time.from_sec(CLOCK_START + self._sim.time)
+        return rospy.Time.from_sec(self._began + self._sim.time)
 
     def _is_due(self, rate: float) -> bool:
         """Whether a multiple of 1 / rate lies in the step that was just made."""
@@ -229,6 +261,7 @@ class WarehouseSimNode:
         """Back to the start; the clock goes back with it."""
         self._sim.restart()
         self._reset, self._commanded, self._late = False, -math.inf, []
+        self._began = self._first_stamp()
         rospy.logwarn("the simulation starts anew: its clock goes back")
 
 
