@@ -95,11 +95,11 @@ void bind_scans(py::module_& m) {
       .def_readonly("ignored", &MergedScan::ignored);
   m.def(
       "merge",
-      [](const Scan& scan, const Doubles& circles, const MergeParameters& params) {
-        return merge(scan, to_circles(circles), params);
-      },
-      "circles: (N, 3) float64, x [m], y [m], radius [m] in the laser's frame", py::arg("scan"),
-      py::arg("circles"), py::arg("params") = MergeParameters{});
+      [](const Scan& scan, const Doubles& circles, const MergeParameters& params,
+         const Outline& robot) { return merge(scan, to_circles(circles), params, robot); },
+      "circles: (N, 3) float64, x [m], y [m], radius [m] in the laser's frame; robot: (M, 2) [m]",
+      py::arg("scan"), py::arg("circles"), py::arg("params") = MergeParameters{},
+      py::arg("robot") = Outline{});
 }
 
 void bind_persons(py::module_& m) {
@@ -171,7 +171,8 @@ void bind_pipeline(py::module_& m) {
       .def_property_readonly("areas", [](const Pipeline::Result& r) { return to_rows(r.areas); });
   pipeline.def(py::init<const PipelineParameters&>(), py::arg("params") = PipelineParameters{})
       .def("remember", &Pipeline::remember)
-      .def("merge", &Pipeline::merge, py::arg("scan"), py::arg("time"), py::arg("pose"))
+      .def("merge", &Pipeline::merge, py::arg("scan"), py::arg("time"), py::arg("pose"),
+           py::arg("robot") = Outline{})
       .def("clear", &Pipeline::clear);
 }
 

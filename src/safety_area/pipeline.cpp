@@ -70,7 +70,7 @@ std::vector<Eigen::Vector2d> hits_near(const std::vector<Person>& persons, const
 }  // namespace
 
 Pipeline::Result Pipeline::merge(const Scan& scan, double time,
-                                 const std::optional<LaserPose>& pose) {
+                                 const std::optional<LaserPose>& pose, const Outline& robot) {
   const MemoryParameters& memory = params_.memory;
   if (pose && pose->age <= kFreshPose && memory.laser_hold_time > 0.0) {
     const auto persons = memory_.at(time);
@@ -82,7 +82,7 @@ Pipeline::Result Pipeline::merge(const Scan& scan, double time,
   Result result;
   result.persons = memory_.at(time);
   if (pose) result.areas = safety_areas(result.persons, time, *pose, params_.area);
-  result.scan = safety_area::merge(scan, result.areas, params_.merge);
+  result.scan = safety_area::merge(scan, result.areas, params_.merge, robot);
   return result;
 }
 

@@ -84,7 +84,7 @@ class SafetyAreaMerger {
     std::unique_lock<std::mutex> lock(mutex_);
     const ros::Time time = merge_time(in->header.stamp, outcome);
     const auto pose = locate(in->header.frame_id, time, outcome);
-    auto result = pipeline_.merge(scan, time.toSec(), pose);
+    auto result = pipeline_.merge(scan, time.toSec(), pose, outline(in->header.frame_id));
     lock.unlock();
     if (result.scan.ignored > 0) outcome = Outcome::kNotFinite;
     if (result.scan.fault != safety_area::ScanFault::kNone) outcome = to_outcome(result.scan.fault);
@@ -175,6 +175,22 @@ class SafetyAreaMerger {
     const auto pose = find_laser_pose(buffer_, frame, params_.fixed_frame, time);
     if (!pose || pose->age > params_.tf_tolerance) outcome = Outcome::kNoTf;
     return pose && pose->age <= hold_time() ? pose : std::nullopt;
+  }
+
+  // The robot's, in the laser's frame, in which it stays where it is; empty where tf does not know.
+  safety_area::Outline outline(const std::string& laser_frame) const {
+    safety_area::Outline corners;
+    if (params_.footprint.empty()) return corners;
+    try {
+      const auto T = to_isometry(
+          buffer_.lookupTransform(tf_name(laser_frame), params_.base_frame, ros::Time(0))
+              .transform);
+      for (const auto& corner : params_.footprint)
+        corners.emplace_back((T * Eigen::Vector3d(corner.x(), corner.y(), 0.0)).head<2>());
+    } catch (const tf2::TransformException& error) {
+      ROS_WARN_THROTTLE(5.0, "footprint not known to the laser: %s", error.what());
+    }
+    return corners;
   }
 
   ros::Time forget_if_jumped() {

@@ -81,32 +81,56 @@ class Fan {
   std::vector<double> cos_, sin_, nearest_;
 };
 
+// [m] 0: inside.
+double distance_to(const Outline& robot, const Eigen::Vector2d& point) {
+  double least = std::numeric_limits<double>::infinity();
+  bool inside = false;
+  for (std::size_t i = 0; i < robot.size(); ++i) {
+    const Eigen::Vector2d a = robot[i], b = robot[(i + 1) % robot.size()], edge = b - a;
+    const double along = std::clamp(
+        (point - a).dot(edge) / std::max(edge.squaredNorm(), kLeastRange * kLeastRange), 0.0, 1.0);
+    least = std::min(least, (point - a - along * edge).norm());
+    const bool crosses = (a.y() > point.y()) != (b.y() > point.y());
+    if (crosses && point.x() < a.x() + edge.x() * (point.y() - a.y()) / edge.y()) inside = !inside;
+  }
+  return inside ? 0.0 : least;
+}
+
+// [m] from a circle's middle to the robot; the laser is part of it, also where it sticks out.
+double distance_to_robot(const Circle& circle, const Outline& robot) {
+  const Eigen::Vector2d middle(circle.x, circle.y);
+  return std::min(middle.norm(), distance_to(robot, middle));
+}
+
 enum class Placing { kOutside, kInside, kIgnored };
 
-Placing placing(const Circle& circle, const MergeParameters& params) {
+Placing placing(const Circle& circle, const MergeParameters& params, const Outline& robot) {
   const double distance = std::hypot(circle.x, circle.y);
   if (!std::isfinite(distance) || !std::isfinite(circle.radius) || circle.radius <= 0.0)
     return Placing::kIgnored;
   // Shrinking acts before the circle reaches the robot, the others once the laser is inside.
-  const double gap = params.inside_policy == InsidePolicy::kShrink ? params.clearance : 0.0;
-  return distance > circle.radius + gap ? Placing::kOutside : Placing::kInside;
+  const bool shrink = params.inside_policy == InsidePolicy::kShrink;
+  const double room = shrink ? distance_to_robot(circle, robot) - params.clearance : distance;
+  return room > circle.radius ? Placing::kOutside : Placing::kInside;
 }
 
 // The laser is outside of what is returned, even where it touches the person. Of a circle without a
 // body nothing may be left: a radius of 0.
-Circle cut_back(const Circle& circle, const MergeParameters& params) {
+Circle cut_back(const Circle& circle, const MergeParameters& params, const Outline& robot) {
   const double distance = std::hypot(circle.x, circle.y);
   const double least = std::min({params.body_radius, circle.radius, distance / 2.0});
   const double body = circle.body ? least : 0.0;
   const bool shrink = params.inside_policy == InsidePolicy::kShrink;
-  const double radius = shrink ? std::max(distance - params.clearance, body) : body;
+  const double room = distance_to_robot(circle, robot) - params.clearance;
+  const double radius = shrink ? std::max(room, body) : body;
   return {circle.x, circle.y, radius, circle.body};
 }
 
-void draw_inside(Fan& fan, const Circle& circle, const MergeParameters& params) {
+void draw_inside(Fan& fan, const Circle& circle, const MergeParameters& params,
+                 const Outline& robot) {
   if (params.inside_policy == InsidePolicy::kBlock) return fan.block();
   if (circle.x == 0.0 && circle.y == 0.0) return;  // it lies in no direction
-  const Circle rest = cut_back(circle, params);
+  const Circle rest = cut_back(circle, params, robot);
   if (rest.radius > 0.0) fan.draw(rest);
 }
 
@@ -130,7 +154,7 @@ void overlay(const Scan& scan, const Fan& fan, const MergeParameters& params, Me
 }  // namespace
 
 MergedScan merge(const Scan& scan, const std::vector<Circle>& circles,
-                 const MergeParameters& params) {
+                 const MergeParameters& params, const Outline& robot) {
   MergedScan merged;
   merged.ranges = scan.ranges;
   merged.intensities = scan.intensities;
@@ -142,11 +166,11 @@ MergedScan merge(const Scan& scan, const std::vector<Circle>& circles,
 
   Fan fan(scan);
   for (const Circle& circle : circles) {
-    const Placing where = placing(circle, params);
+    const Placing where = placing(circle, params, robot);
     merged.ignored += where == Placing::kIgnored;
     merged.inside += where == Placing::kInside;
     if (where == Placing::kOutside) fan.draw(circle);
-    if (where == Placing::kInside) draw_inside(fan, circle, params);
+    if (where == Placing::kInside) draw_inside(fan, circle, params, robot);
   }
   overlay(scan, fan, params, merged);
   return merged;

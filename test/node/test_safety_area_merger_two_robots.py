@@ -14,6 +14,8 @@ from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 ROBOTS = ("robot1", "robot2")
+LASER_X = 0.2  # [m] in base_link
+FRONT, CLEARANCE = 0.8, 0.3  # [m] of robot1's footprint; safety_area_merger.yaml
 
 
 class TwoRobotsTest(unittest.TestCase):
@@ -34,16 +36,17 @@ class TwoRobotsTest(unittest.TestCase):
             self.answers[robot, message.header.stamp] = message
             self.news.notify_all()
 
-    def tell(self, stamp):
+    def tell(self, stamp, ahead):
         transforms = []
         for robot in ROBOTS:
-            for parent, child in (("odom", "base_link"), ("base_link", "laser")):
+            for parent, child, x in (("odom", "base_link", 0.0), ("base_link", "laser", LASER_X)):
                 message = TransformStamped(child_frame_id=f"{robot}/{child}")
+                message.transform.translation.x = x
                 message.header.frame_id, message.header.stamp = f"{robot}/{parent}", stamp
                 message.transform.rotation.w = 1.0
                 transforms.append(message)
         self.tf_pub.publish(transforms)
-        persons = PersonArray(persons=[Person(position=Point(3.0, 0.0, 0.0))])
+        persons = PersonArray(persons=[Person(position=Point(ahead, 0.0, 0.0))])
         persons.header.frame_id, persons.header.stamp = "robot1/base_link", stamp
         self.persons_pub.publish(persons)
 
@@ -62,17 +65,28 @@ class TwoRobotsTest(unittest.TestCase):
         self.assertEqual(answer.header.frame_id, f"{robot}/laser")
         return answer.ranges[90]
 
-    def test_each_robot_has_its_own_persons(self):
+    def ranges_with_a_person_at(self, ahead, expected):
+        """Of both robots, once the first one has nearly the range expected."""
         found = {}
         for _ in range(200):
             stamp = rospy.Time.now()
-            self.tell(stamp)
+            self.tell(stamp, ahead)
             found = {robot: self.range_ahead(robot, stamp) for robot in ROBOTS}
-            if found["robot1"] is not None and abs(found["robot1"] - 1.8) < 0.1:
+            if found["robot1"] is not None and abs(found["robot1"] - expected) < 0.1:
                 break
         self.assertIsNotNone(found["robot1"])
-        self.assertLess(found["robot1"], 1.81)  # a transform may be late: never longer
+        self.assertLess(found["robot1"], expected + 0.01)  # a transform may be late: never longer
+        return found
+
+    def test_each_robot_has_its_own_persons(self):
+        found = self.ranges_with_a_person_at(3.0, 3.0 - LASER_X - 1.2)
         self.assertEqual(found["robot2"], 10.0)
+
+    def test_an_area_is_cut_back_to_the_robots_outline(self):
+        """Its front is 0.8 m before base_link: not the clearance before the laser, at 0.5 m."""
+        expected = FRONT + CLEARANCE - LASER_X
+        found = self.ranges_with_a_person_at(1.6, expected)
+        self.assertGreater(found["robot1"], expected - 0.01)
 
 
 if __name__ == "__main__":

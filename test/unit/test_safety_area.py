@@ -183,6 +183,51 @@ def test_shrinking_never_traps_the_robot(distance, bearing):
         assert np.any(np.isfinite(drawn)), "the person must not vanish"
 
 
+def to_rectangle(points):
+    """[m] from points (N, 2) to ROBOT."""
+    low, high = ROBOT.min(axis=0), ROBOT.max(axis=0)
+    return np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=-1)
+
+
+# An omni-directional robot, as a scanner on its front left corner has it.
+ROBOT = np.array([[0.0, 0.0], [-1.2, 0.0], [-1.2, -0.72], [0.0, -0.72]])
+
+
+@any_speed
+@given(st.floats(-4.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.3, 1.5), st.booleans())
+def test_areas_are_cut_back_to_the_robots_outline(x, y, radius, turned):
+    params = areas.MergeParameters()
+    params.clearance = 0.1
+    angles = np.linspace(-math.pi, math.pi, 721)
+    empty = (np.full(721, 10.0), -math.pi, math.pi, angles[1] - angles[0], RANGE_MIN, RANGE_MAX)
+    outline = ROBOT[::-1] if turned else ROBOT
+    circle = np.array([[x, y, radius]])
+    merged = areas.merge(areas.Scan(*empty), circle, params, outline)
+    hit = np.isfinite(merged.safety_ranges)
+    beams = np.stack([np.cos(angles), np.sin(angles)], axis=1)[hit]
+    room = to_rectangle(np.array([x, y])) - params.clearance
+    if radius < room - 1e-9:  # it does not reach the robot: nothing is taken from it
+        assert merged.inside == 0
+        assert np.abs(np.hypot(x, y) - merged.safety_ranges[hit].min() - radius) < 0.01
+    elif room > params.body_radius:
+        assert merged.inside == 1
+        met = merged.safety_ranges[hit, None] * beams
+        assert hit.any() and to_rectangle(met).min() > params.clearance - 1e-4
+        assert np.abs(np.hypot(*(met - (x, y)).T) - room).max() < 1e-3  # no more than it must
+    else:
+        assert merged.inside == 1  # the person touches the robot: the body stays
+
+
+def test_without_an_outline_the_robot_is_where_the_laser_is():
+    scan = areas.Scan(np.full(181, 10.0), -1.57, 1.57, 3.14 / 180, RANGE_MIN, RANGE_MAX)
+    circle, params = np.array([[1.2, 0.0, 1.2]]), areas.MergeParameters()
+    plain = areas.merge(scan, circle, params).safety_ranges
+    assert plain.min() == pytest.approx(params.clearance, abs=1e-6)
+    around = [[0.5, 0.3], [-0.5, 0.3], [-0.5, -0.3], [0.5, -0.3]]  # 0.5 m before the laser
+    drawn = areas.merge(scan, circle, params, around).safety_ranges
+    assert drawn.min() == pytest.approx(0.5 + params.clearance, abs=1e-6)
+
+
 @any_speed
 @given(
     st.lists(

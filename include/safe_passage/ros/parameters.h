@@ -4,6 +4,7 @@
 
 #include <ros/ros.h>
 
+#include <cmath>
 #include <limits>
 #include <map>
 #include <set>
@@ -11,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -79,6 +81,30 @@ class Parameters {
     std::string listed;
     for (const auto& choice : choices) listed += (listed.empty() ? "" : ", ") + choice;
     fail(name, "is '" + value + "', must be one of: " + listed);
+  }
+
+  // [[x, y], ...]; empty where it is not set. Always the parameter server's: not for live tuning.
+  std::vector<std::pair<double, double>> read_points(const std::string& name) {
+    known_.insert(name);
+    XmlRpc::XmlRpcValue raw;
+    std::vector<std::pair<double, double>> points;
+    if (!node_.getParam(name, raw)) return points;
+    const auto number = [&](XmlRpc::XmlRpcValue& value) {
+      const bool whole = value.getType() == XmlRpc::XmlRpcValue::TypeInt;
+      if (!whole && value.getType() != XmlRpc::XmlRpcValue::TypeDouble)
+        fail(name, "must be a list of points [x, y]");
+      const double found = whole ? static_cast<int>(value) : static_cast<double>(value);
+      if (!(std::abs(found) < 1e6)) fail(name, "is not finite");
+      return found;
+    };
+    if (raw.getType() != XmlRpc::XmlRpcValue::TypeArray)
+      fail(name, "must be a list of points [x, y]");
+    for (int i = 0; i < raw.size(); ++i) {
+      if (raw[i].getType() != XmlRpc::XmlRpcValue::TypeArray || raw[i].size() != 2)
+        fail(name, "must be a list of points [x, y]");
+      points.emplace_back(number(raw[i][0]), number(raw[i][1]));
+    }
+    return points;
   }
 
   // Call after the last read: a misspelt key must not pass as the default.

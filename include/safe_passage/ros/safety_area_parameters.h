@@ -1,8 +1,10 @@
 // The parameters of node safety_area_merger; config/safety_area_merger.yaml explains each of them.
 #pragma once
 
+#include <Eigen/Core>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "safe_passage/ros/parameters.h"
 #include "safe_passage/ros/safety_area_messages.h"
@@ -13,6 +15,8 @@ namespace safe_passage {
 struct SafetyAreaParameters {
   safety_area::PipelineParameters pipeline;
   std::string fixed_frame = "odom";
+  std::string base_frame = "base_footprint";  // of `footprint`
+  std::vector<Eigen::Vector2d> footprint;     // [m] empty: the robot is where the laser is
   double tf_tolerance = 0.2;      // [s] the robot's pose may be that old before it is reported
   double future_tolerance = 0.1;  // [s] persons may be stamped that far ahead
   double input_timeout = 2.0;     // [s] an input silent for longer is reported
@@ -26,6 +30,14 @@ inline safety_area::InsidePolicy read_inside_policy(Parameters& from) {
   std::string name = "shrink";
   from.read_choice("inside_policy", name, {"shrink", "body", "block"});
   return kPolicies.at(name);
+}
+
+inline std::vector<Eigen::Vector2d> read_footprint(Parameters& from) {
+  std::vector<Eigen::Vector2d> corners;
+  for (const auto& [x, y] : from.read_points("footprint")) corners.emplace_back(x, y);
+  if (!corners.empty() && corners.size() < 3)
+    from.fail("footprint", "must have three corners or more, or none");
+  return corners;
 }
 
 // May be changed while the node runs; not what it waits for.
@@ -44,6 +56,10 @@ inline SafetyAreaParameters read_safety_area_parameters(Parameters& from) {
   from.read("fixed_frame", params.fixed_frame);
   params.fixed_frame = tf_name(params.fixed_frame);
   if (params.fixed_frame.empty()) from.fail("fixed_frame", "is empty");
+
+  from.read("base_frame", params.base_frame);
+  params.base_frame = tf_name(params.base_frame);
+  params.footprint = read_footprint(from);
 
   from.read("radius", area.radius, {0.05, 10.0}, "m");
   from.read("growth_speed", area.growth_speed, {0.0, 5.0}, "m/s");

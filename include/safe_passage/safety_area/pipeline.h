@@ -60,8 +60,9 @@ class Pipeline {
   }
 
   // `time` [s] of the scan, which also keeps persons that no camera sees any more (see memory). No
-  // pose: the scan comes back without areas.
-  Result merge(const Scan& scan, double time, const std::optional<LaserPose>& pose);
+  // pose: the scan comes back without areas. `robot`: see scan_merger.h.
+  Result merge(const Scan& scan, double time, const std::optional<LaserPose>& pose,
+               const Outline& robot = {});
 
   void clear() { memory_.clear(); }
 

@@ -22,6 +22,7 @@
 //   others, but leaves nothing behind once the robot is in it: nobody is there yet.
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 namespace safe_passage::safety_area {
@@ -45,15 +46,19 @@ struct Circle {
 
 // What becomes of a circle that the robot is in, because a person came up to it.
 enum class InsidePolicy {
-  kShrink,  // pushed back to `clearance` before the laser: the robot may leave, not come nearer
+  kShrink,  // pushed back to `clearance` before the robot: it may leave, not come nearer
   kBody,    // only the person's body remains: for robots that work hand in hand with people
   kBlock,   // every beam blocked: the robot must not move until the person has left
 };
 
+// Corners of the robot's footprint, in their order, on the ground of the laser's frame; empty: not
+// known, the robot is where the laser is.
+using Outline = std::vector<Eigen::Vector2d>;
+
 struct MergeParameters {
   InsidePolicy inside_policy = InsidePolicy::kShrink;
-  // [m] from the laser to the far edge of the robot's footprint. Shrinking starts where the circle
-  // would reach the robot. More: the robot could push a circle along; less: it could be trapped.
+  // [m] that stays free between a shrunk circle and the robot's outline, or the laser where the
+  // outline is not known. More: the robot could push a circle along; less: it could be trapped.
   double clearance = 0.3;
   double body_radius = 0.25;  // [m] of a person, least radius a circle shrinks to
   float intensity = 0.0F;     // of a beam that ends on a circle
@@ -78,6 +83,6 @@ struct MergedScan {
 };
 
 MergedScan merge(const Scan& scan, const std::vector<Circle>& circles,
-                 const MergeParameters& params = {});
+                 const MergeParameters& params = {}, const Outline& robot = {});
 
 }  // namespace safe_passage::safety_area

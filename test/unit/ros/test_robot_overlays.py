@@ -58,6 +58,19 @@ def each(*nodes: str) -> Any:
     return pytest.mark.parametrize(("robot", "node"), pairs)
 
 
+@each("safety_area_merger", "safety_area_merger_rear")
+def test_areas_end_at_the_robots_own_outline(robot, node):
+    """A strip of cells stays free around it: less could trap it, more it would push along."""
+    found = load_robot_file(CONFIG / f"robots/{robot}.yaml")
+    told = found.overlays[node]
+    assert told["footprint"] == [list(corner) for corner in found.robot.footprint]
+    cell = default("local_costmap")["resolution"]
+    assert cell < told["clearance"] <= 3 * cell
+    drive = found.robot.drive
+    assert told["max_robot_speed"] == drive.max_speed
+    assert told["max_robot_turn_rate"] == drive.max_turn_rate
+
+
 @each(*BUILDERS)
 def test_nodes_accept_them(robot, node):
     BUILDERS[node](overlaid(default(node), overlay(robot, node)), f"/{node}")
