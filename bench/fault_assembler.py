@@ -9,6 +9,7 @@ from rotating_scanner import LINES, PERIOD
 from safe_passage.ros.sensor_conversions import cloud_grid
 from scipy.spatial import cKDTree
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
+from tf2_msgs.msg import TFMessage
 
 from bench.fault_subject import Input, Seen, Sent, Stated, Subject, of, silence
 
@@ -55,6 +56,41 @@ class ScanAssemblerSubject(Subject):
             if off.max() > NEAR:
                 return f"a point {off.max():.2f} m off"
         return ""
+
+
+class TfAssemblerSubject(ScanAssemblerSubject):
+    """The same, with the angle of tf."""
+
+    name, node = "scan_assembler_tf", "scan_assembler"
+    arguments = ()
+
+    def __init__(self) -> None:
+        super().__init__()
+        lost = silence(CLOUD)
+        scans = {"out of order": Stated(lost, told=True)}
+        # tf that moves must keep its own stamps: two that have changed places
+        swapped = {"out of order": Swapped()}
+        self.inputs = (
+            Input("tf", "/tf", TFMessage, _tf, 0.5, lost, special=swapped),
+            Input("scan", "scan", LaserScan, _scan, 0.5, lost, stated=scans),
+        )
+
+
+class Swapped:
+    """Every second message is held back until the next is out."""
+
+    def __init__(self) -> None:
+        self._held: list = []
+
+    def __call__(self, message: TFMessage, number: int) -> list:
+        if number % 2 == 0:
+            self._held = [message]
+            return []
+        return [message, *self._held]
+
+
+def _tf(stamp: rospy.Time) -> TFMessage:
+    return TFMessage([rotating_scanner.laser(_number(stamp), stamp)])
 
 
 def _number(stamp: rospy.Time) -> int:

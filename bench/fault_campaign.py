@@ -29,7 +29,6 @@ TOLD_WITHIN = 8.0  # [s] of wall time, as /diagnostics comes
 FORWARD, BACK = 60.0, -30.0  # [s] that the clock jumps
 QUICK = ("silent", "tf gap", "NaN", "wrong frame", "clock jump back", "killed")
 UNHARMED = ("out of order", "duplicated")
-LAG = 0.3  # [s] of its own work in which a node has answered a step, or is late
 ROUND = 0.001  # [s] between two looks whether all is answered
 MEMORY = 2**30  # [byte] that no message may cost
 
@@ -41,12 +40,15 @@ class Campaign:
 
     def __init__(self, subject: Subject, logs: Path) -> None:
         self._subject, self._graph = subject, Graph()
-        self._told = Told(f"robot1/{subject.name}", self._graph.news)
+        self._name = subject.node or subject.name
+        self._told = Told(f"robot1/{self._name}", self._graph.news)
         self._publishers = {i.name: self._advertise(i) for i in subject.inputs}
         self._steps, self._sent = 0, []
         subject.prepare()
         self._graph.listen(subject.outputs)
-        self._node = NodeProcess(subject.launch, subject.arguments, subject.name, logs)
+        self._node = NodeProcess(
+            subject.launch, subject.arguments, self._name, subject.parameters, logs
+        )
 
     def stop(self) -> None:
         """End the node."""
@@ -60,7 +62,10 @@ class Campaign:
 
     def _cases(self) -> Iterator[tuple[str, str, Callable[[], str]]]:
         for one in self._subject.inputs:
-            for name, transform in faults_of(one.make(self._graph.now)).items():
+            faults = {**faults_of(one.make(self._graph.now)), **one.special}
+            for name, transform in faults.items():
+                if name in one.without:
+                    continue
                 yield one.name, name, partial(self._input_case, one, name, transform)
             yield one.name, "restarted", partial(self._restart_case, one)
         yield "clock", "clock jump forward", partial(self._clock_case, FORWARD)
@@ -116,7 +121,9 @@ class Campaign:
         if not problem and self._node.memory() - memory > MEMORY:
             problem = f"took {(self._node.memory() - memory) / 2**20:.0f} MiB"
         late = stated.late if stated else 0.0
-        return problem or self._until_well(self._subject.recovery + late, "after the fault")
+        problem = problem or self._until_well(self._subject.recovery + late, "after the fault")
+        # what a fault leaves behind may be wrong after it, too
+        return problem or self._subject.wrong(self._seen(start), list(self._sent))
 
     def _report_well(self) -> bool:
         """What was told of the last fault is told no more; else nobody knew of which this is."""
@@ -137,9 +144,7 @@ class Campaign:
 
     def _is_told(self, drops: int, warnings: int) -> bool:
         with self._graph.news:
-            logged = [
-                name for name in self._graph.warnings[warnings:] if self._subject.name in name
-            ]
+            logged = [name for name in self._graph.warnings[warnings:] if self._name in name]
         return bool(logged) or self._told.drops() > drops or self._told.worst() > 0
 
     def _restart_case(self, one: Input) -> str:
@@ -169,7 +174,7 @@ class Campaign:
         problem = self._until_well(math.inf, "after the jump")
         with self._graph.news:
             warned = self._graph.warnings[warnings:]
-        if seconds < 0.0 and not any(self._subject.name in name for name in warned):
+        if seconds < 0.0 and not any(self._name in name for name in warned):
             problem = problem or "not told"
         return problem or self._not_finite(self._seen(start))
 
@@ -222,7 +227,7 @@ class Campaign:
         self._settle(work)
 
     def _settle(self, work: float) -> None:
-        """Until all that was sent is read and answered, or the node has worked LAG for it.
+        """Until all that was sent is read and answered, or the node has worked long enough.
 
         Its work, not the wall's time: others that keep it from the processor must not make what
         it was given old. `work`: [s] that it had done when the step began.
@@ -230,7 +235,7 @@ class Campaign:
         own, pid = os.getpid(), self._node.process.pid
         patience = time.monotonic() + PATIENCE
         while not (at_rest(own) and at_rest(pid) and at_rest(own)):
-            if cpu_time(pid) - work > LAG or time.monotonic() > patience:
+            if cpu_time(pid) - work > self._subject.work or time.monotonic() > patience:
                 return
             time.sleep(ROUND)
 

@@ -103,13 +103,22 @@ class Graph:
 class NodeProcess:
     """One node of a launch file of this package, with that file's parameters and remappings."""
 
-    def __init__(self, launch: str, arguments: tuple[str, ...], name: str, logs: Path) -> None:
+    def __init__(
+        self,
+        launch: str,
+        arguments: tuple[str, ...],
+        name: str,
+        parameters: dict[str, Any],
+        logs: Path,
+    ) -> None:
         config = roslaunch.config.ROSLaunchConfig()
         os.environ["ROS_NAMESPACE"] = ROBOT
         path = str(NODE_TESTS.parent.parent / "launch" / launch)
         roslaunch.xmlloader.XmlLoader().load(path, config, argv=list(arguments), verbose=False)
         for key, parameter in config.params.items():
             rospy.set_param(key, parameter.value)
+        for key, value in parameters.items():
+            rospy.set_param(f"/{ROBOT}/{name}/{key}", value)
         node = next(node for node in config.nodes if node.name == name)
         program, *_ = roslib.packages.find_node("safe_passage", node.type)
         remaps = [f"{there}:={here}" for there, here in node.remap_args]

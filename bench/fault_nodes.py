@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bench.fault_assembler import ScanAssemblerSubject
+from bench.fault_assembler import ScanAssemblerSubject, TfAssemblerSubject
 from bench.fault_costmap import LocalCostmapSubject
 from bench.fault_detectors import LegDetectorSubject, PersonDetectorSubject
 from bench.fault_merger import SafetyAreaMergerSubject
@@ -21,6 +21,7 @@ SUBJECTS: dict[str, type[Subject]] = {
         PersonDetectorSubject,
         DepthSelfFilterSubject,
         ScanAssemblerSubject,
+        TfAssemblerSubject,
         LegDetectorSubject,
     )
 }

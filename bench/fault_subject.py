@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Callable, List
+from typing import Any, Callable, ClassVar, List
 
 import rospy
 
 from bench.fault_graph import Output
+from bench.fault_transforms import Transform
 
 SLACK = 0.2  # [s] simulated, from a time-out until the answer to it is out
 
@@ -46,19 +47,26 @@ class Input:
     told: bool = True  # whether the loss is told in /diagnostics or the log
     stated: dict[str, Stated] = field(default_factory=dict)  # by fault, where that is another
     every: int = 1  # steps between two messages
+    special: dict[str, Transform] = field(
+        default_factory=dict
+    )  # faults made otherwise than others'
+    without: tuple[str, ...] = ()  # faults that its messages could have but that mean nothing
 
 
 class Subject:
     """A node under test; the world around it stands still."""
 
     name: str
+    node: str = ""  # its name in the launch file, where that is another
     launch: str
     arguments: tuple[str, ...] = ()
+    parameters: ClassVar[dict[str, Any]] = {}  # of the node, other than the launch file's
     outputs: dict[str, type]  # by topic
     inputs: tuple[Input, ...]
     tick = 0.05  # [s] a step of simulated time
     pause = 0.025  # [s] of wall time that a step takes at least
     recovery = 3.0  # [s] simulated, until it is well again
+    work = 0.3  # [s] of its own work in which it has answered a step, or is late
     judged = 0.6  # [s] simulated, for which the stated behaviour is watched
     without_number: frozenset[str] = frozenset()  # fields of outputs that may be NaN or infinite
     frames: frozenset[str]  # that outputs may have

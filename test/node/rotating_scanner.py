@@ -5,6 +5,8 @@ import math
 import numpy as np
 import rospy
 from safe_passage.evaluation.segmentation_places import room
+from safe_passage.ros.conversions import to_header, to_transform
+from safe_passage.scan_segmentation.assembling import MOUNT
 from safe_passage.scan_segmentation.scan import to_cartesian
 from safe_passage.simulation.scan_scene import Scanner, cast
 from sensor_msgs.msg import JointState, LaserScan
@@ -56,6 +58,14 @@ def joint(number, stamp):
     """The encoder's message at the line's first beam; it begins anew at a whole turn."""
     position = (2.0 * math.pi / LINES * number) % (2.0 * math.pi)
     return JointState(Header(stamp=stamp), ["other", "platform"], [0.0, position], [], [])
+
+
+def laser(number, stamp):
+    """tf of the scanner at the line's first beam."""
+    beta = 2.0 * math.pi / LINES * number
+    c, s = math.cos(beta), math.sin(beta)
+    turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ MOUNT[:3, :3]
+    return to_transform(to_header(stamp, "scanner"), "laser", np.zeros(3), turned)
 
 
 def stamp_of(number, begin):

@@ -18,7 +18,6 @@ import rospy
 import rostest
 import rotating_scanner
 import tf2_ros
-from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import OccupancyGrid
 from node_testing import Diagnostics, output_of_refusal, wait_until
 from rosgraph_msgs.msg import Clock
@@ -34,7 +33,7 @@ from safe_passage.msg import (
 from safe_passage.ros.conversions import to_header, to_transform
 from safe_passage.ros.scan_conversions import to_scan_cloud
 from safe_passage.ros.sensor_conversions import cloud_grid
-from safe_passage.scan_segmentation.assembling import MOUNT, Assembled
+from safe_passage.scan_segmentation.assembling import Assembled
 from safe_passage.simulation.scan_scene import Block, Place, Scanner, scan_place
 from safe_passage.srv import SelectRobot
 from sensor_msgs.msg import Image, JointState, LaserScan, PointCloud2
@@ -106,7 +105,7 @@ class ScanSegmentationTest(unittest.TestCase):
         with self.news:
             return self.messages[topic][-1]
 
-    def turn(self, lines=LINES // 2, step=1, frame="laser"):
+    def turn(self, lines=LINES // 2, step=1, frame="laser", tf=True):
         """The scanner goes on by `lines`, by now in the past: no message is from the future."""
         begin, first = self.now, self.line
         type(self).line += lines * step
@@ -115,16 +114,10 @@ class ScanSegmentationTest(unittest.TestCase):
         stamps = [rospy.Time.from_sec(begin + i * PERIOD) for i in range(lines + 1)]
         for number, stamp in zip(numbers, stamps):
             self.joint_pub.publish(rotating_scanner.joint(number, stamp))
-            self.tf_pub.publish([self.laser(number, stamp)])
+            if tf:
+                self.tf_pub.publish([rotating_scanner.laser(number, stamp)])
         for number, stamp in zip(numbers[:-1], stamps):
             self.scan_pub.publish(rotating_scanner.scan(number, stamp, frame))
-
-    @staticmethod
-    def laser(number, stamp) -> TransformStamped:
-        beta = 2.0 * math.pi / LINES * number
-        c, s = math.cos(beta), math.sin(beta)
-        turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ MOUNT[:3, :3]
-        return to_transform(to_header(stamp, "scanner"), "laser", np.zeros(3), turned)
 
     def clouds(self, topic, count=1):
         """As many new clouds of the turning scanner."""
@@ -226,14 +219,17 @@ class ScanSegmentationTest(unittest.TestCase):
         for topic in ("points", "tf_points"):
             cloud = self.clouds(topic, 2)[1]
             self.assertEqual((cloud.header.frame_id, cloud.height), ("scanner", LINES))
-            grid = cloud_grid(cloud, ("intensity", "beta"))
-            numbers = grid["intensity"][:, 0].astype(int)
-            self.assertEqual(sorted(numbers), list(range(LINES)))  # a whole turn, each line once
-            points = np.stack([grid[axis] for axis in "xyz"], axis=-1)
-            exact = np.stack([rotating_scanner.truth(number) for number in numbers])
-            self.assertLess(np.nanmax(np.linalg.norm(points - exact, axis=-1)), 1e-3)
-            steps = np.diff(grid["beta"].mean(axis=1))
-            np.testing.assert_allclose(steps, 2.0 * math.pi / LINES, atol=1e-4)
+            self.assert_the_room(cloud)
+
+    def assert_the_room(self, cloud):
+        grid = cloud_grid(cloud, ("intensity", "beta"))
+        numbers = grid["intensity"][:, 0].astype(int)
+        self.assertEqual(sorted(numbers), list(range(LINES)))  # a whole turn, each line once
+        points = np.stack([grid[axis] for axis in "xyz"], axis=-1)
+        exact = np.stack([rotating_scanner.truth(number) for number in numbers])
+        self.assertLess(np.nanmax(np.linalg.norm(points - exact, axis=-1)), 1e-3)
+        steps = np.diff(grid["beta"].mean(axis=1))
+        np.testing.assert_allclose(steps, 2.0 * math.pi / LINES, atol=1e-4)
 
     def test_03_a_sweep_with_a_hole_is_none(self):
         self.clouds("points")
@@ -495,6 +491,15 @@ class ScanSegmentationTest(unittest.TestCase):
         self.assertGreater(self.tf_assembler.count("/robot1/scan NO_TF"), 0)
         self.assertEqual(len(self.messages["tf_points"]), known)
         self.clouds("tf_points")
+
+    def test_17_what_turns_is_not_interpolated_across_a_gap_of_tf(self):
+        self.clouds("tf_points")
+        known = len(self.messages["tf_points"])
+        for _ in range(6):  # a turn and a tenth: between its ends lies a tenth
+            self.turn(LINES // 6 + 1, tf=False)
+        self.clouds("tf_points", 2)
+        for cloud in self.messages["tf_points"][known:]:
+            self.assert_the_room(cloud)
 
     def test_18_wrong_parameters_are_refused(self):
         cases = (

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import rospy
-import tf2_ros
 from sensor_msgs.msg import JointState, LaserScan, PointCloud2
 from std_msgs.msg import Header
 
@@ -21,6 +20,7 @@ from safe_passage.ros.conversions import from_transform
 from safe_passage.ros.diagnostics import NodeDiagnostics, Outcome
 from safe_passage.ros.input_loop import rounds
 from safe_passage.ros.parameters import private_values
+from safe_passage.ros.sampled_transforms import SampledTransforms
 from safe_passage.ros.scan_conversions import to_scan_cloud
 from safe_passage.ros.sensor_conversions import UnusableMessageError, scan_beams
 from safe_passage.ros.sensor_input import InputLimits, NotYetError, Received, SensorInput
@@ -43,7 +43,7 @@ class AssemblerNodeParameters(AssemblingParameters):
     joint: str = ""  # of joint_states, its position [rad] is the angle; empty: tf tells it
     joint_offset: float = 0.0  # [rad] of the angle where the joint's position is 0
     joint_sign: float = 1.0  # -1: the joint turns clockwise about the axis
-    joint_gap: float = 0.2  # [s] between two joint states, at most
+    joint_gap: float = 0.2  # [s] between two joint states or transforms, at most
     max_age: float = 2.0  # [s] older scans are dropped
     max_future: float = 0.1  # [s] scans stamped farther ahead are dropped
     transform_tolerance: float = 0.5  # [s] a scan waits so long for the angle
@@ -83,14 +83,18 @@ class ScanAssemblerNode:
         self._diagnostics = NodeDiagnostics(self._p.input_timeout)
         self._turned: float | None = None  # [rad] the joint's last position, unwrapped
         self._joints = JointHistory(10.0, tolerance=1e-3, max_gap=self._p.joint_gap)
-        self._tf = tf2_ros.Buffer()
+        self._tf: SampledTransforms | None = None
         self._cloud_pub = rospy.Publisher("points", PointCloud2, queue_size=2)
         if self._p.joint:
             self._joints_topic = rospy.resolve_name("joint_states")
             self._diagnostics.expect(self._joints_topic)
             rospy.Subscriber("joint_states", JointState, self._on_joints, queue_size=200)
         else:
-            self._listener = tf2_ros.TransformListener(self._tf)
+            self._tf = SampledTransforms(
+                self._p.joint_gap,
+                self._p.max_future,
+                lambda why: self._diagnostics.count("tf", Outcome.FUTURE, why),
+            )
         limits = InputLimits(self._p.max_age, self._p.max_future, self._p.transform_tolerance)
         self._input = SensorInput(
             "scan", LaserScan, limits, self._diagnostics, _beams, self._line, self._news.set
@@ -118,10 +122,10 @@ class ScanAssemblerNode:
         """The scan, with the angle of each of its beams; raises while that is not known."""
         beams: _Beams = received.content
         first = received.stamp.to_sec()
-        if self._p.joint:
+        if self._tf is None:
             ends, mount = self._joint_angles(first, first + beams.lasts), None
         else:
-            ends, mount = self._tf_angles(received, beams.lasts)
+            ends, mount = _tf_angles(self._tf, self._p.frame, received, beams.lasts)
         within = ends[1] - ends[0]
         within = (within + math.pi) % (2.0 * math.pi) - math.pi
         beta = ends[0] + within * np.linspace(0.0, 1.0, len(beams.alpha))
@@ -135,20 +139,6 @@ class ScanAssemblerNode:
             raise NotYetError(Outcome.NO_JOINTS, str(error)) from None
         a, b = (self._p.joint_offset + self._p.joint_sign * position for position in positions)
         return a, b
-
-    def _tf_angles(
-        self, received: Received, lasts: float
-    ) -> tuple[tuple[float, float], np.ndarray]:
-        """Angles at the first and last beam, and the mount of the scanner on what turns."""
-        stamps = received.stamp, received.stamp + rospy.Duration.from_sec(lasts)
-        first, last = (
-            from_transform(self._tf.lookup_transform(self._p.frame, received.frame, stamp))
-            for stamp in stamps
-        )
-        ends = _angle(first), _angle(last)
-        c, s = math.cos(ends[0]), math.sin(ends[0])
-        back = np.array([[c, s, 0, 0], [-s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
-        return ends, back @ first
 
     def _on_joints(self, message: JointState) -> None:
         if self._p.joint not in message.name:
@@ -181,7 +171,8 @@ class ScanAssemblerNode:
         self._assembler.restart()
         self._joints.clear()
         self._turned = None
-        self._tf.clear()
+        if self._tf is not None:
+            self._tf.clear()
 
 
 def _beams(scan: LaserScan) -> _Beams:
@@ -197,6 +188,18 @@ def _beams(scan: LaserScan) -> _Beams:
     remission = np.array(scan.intensities, np.float32)
     whole = len(remission) == len(beams.ranges)
     return _Beams(beams.angles(), beams.ranges, remission if whole else None, lasts)
+
+
+def _tf_angles(
+    tf: SampledTransforms, frame: str, received: Received, lasts: float
+) -> tuple[tuple[float, float], np.ndarray]:
+    """Angles at the first and last beam, and the mount of the scanner on what turns."""
+    stamps = received.stamp, received.stamp + rospy.Duration.from_sec(lasts)
+    first, last = (from_transform(tf.lookup(frame, received.frame, stamp)) for stamp in stamps)
+    ends = _angle(first), _angle(last)
+    c, s = math.cos(ends[0]), math.sin(ends[0])
+    back = np.array([[c, s, 0, 0], [-s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    return ends, back @ first
 
 
 def _angle(T: np.ndarray) -> float:
