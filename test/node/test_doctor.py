@@ -3,17 +3,18 @@
 
 import sys
 import threading
-import time
 import unittest
 
 import rospy
 import rostest
 from node_testing import Diagnostics, output_of_refusal, wait_until
 from safe_passage.doctor.checks import Severity, examine
+from safe_passage.msg import TrackedObstacleArray
 from safe_passage.ros.doctor_node import Doctor
 from tracker_world import TICK, World
 
 SECONDS = 2.0  # of the wall that the doctor listens
+NO_ANSWER = 0.5  # [s] after which the tracker is not there yet
 TRACKER = "/robot1/obstacle_tracker"
 
 
@@ -24,22 +25,33 @@ class DoctorTest(unittest.TestCase):
         cls.diagnostics = Diagnostics("robot1/obstacle_tracker", cls.news)
         cls.doctor = Doctor("robot1")
         cls.measure, cls.tf = cls.all_speak, True
-        cls.runs = True
+        cls.ended, cls.answers = threading.Event(), 0
+        rospy.Subscriber("tracks", TrackedObstacleArray, cls.on_tracks)
         cls.thread = threading.Thread(target=cls.go_on, daemon=True)
         cls.thread.start()
 
     @classmethod
     def tearDownClass(cls):
-        cls.runs = False
+        cls.ended.set()
         cls.thread.join()
 
     @classmethod
+    def on_tracks(cls, _):
+        with cls.news:
+            cls.answers += 1
+            cls.news.notify_all()
+
+    @classmethod
     def go_on(cls):
-        """The world's time goes as the wall's does: the doctor listens for some of it."""
-        while cls.runs and not rospy.is_shutdown():
-            stamp = cls.world.tick(cls.tf)
-            cls.measure(stamp)
-            time.sleep(TICK)
+        """The world's time goes as the wall's does: the doctor listens for some of it.
+
+        But not ahead of the tracker, whose answer to the last tick is awaited where there is one.
+        """
+        while not (cls.ended.wait(TICK) or rospy.is_shutdown()):
+            before = cls.answers
+            cls.measure(cls.world.tick(cls.tf))
+            with cls.news:
+                cls.news.wait_for(lambda known=before: cls.answers > known, NO_ANSWER)
 
     @classmethod
     def all_speak(cls, stamp):
