@@ -275,7 +275,7 @@ def main() -> int:
             file.write(json.dumps(row) + "\n")
             file.flush()
             mark = f"FAIL {row['problem']}" if row["problem"] else "ok"
-            names = "{node:<20} {input:<16} {fault:<20}".format(**row)
+            names = "{node:<24} {input:<14} {fault:<20}".format(**row)
             print(f"{names} {row['wall_s']:5.1f} s  {mark}", flush=True)
 
         campaign = Campaign(SUBJECTS[args.node](), Path(logs))

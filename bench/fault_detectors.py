@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import tempfile
+from typing import Callable
 
 import numpy as np
 import rospy
@@ -12,7 +13,7 @@ from leg_models import make_leg_model
 from safe_passage.msg import PersonArray
 from safe_passage.replay.sources import SceneSource
 from safe_passage.ros import conversions
-from sensor_msgs.msg import LaserScan, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
 from test_leg_detector import message as leg_scan
 from test_person_detector import CAMERA, GROUND, POSITION_ERROR, SCENE_TIME
 from tf2_msgs.msg import TFMessage
@@ -78,6 +79,39 @@ class PersonDetectorSubject(Subject):
             if len(array.persons) != len(self._truth):
                 return f"{len(array.persons)} persons, not {len(self._truth)}"
         return ""
+
+
+class DepthDetectorSubject(PersonDetectorSubject):
+    """The same aisle as images of depth and colours."""
+
+    name, node = "person_detector_depth", "person_detector"
+    arguments = ("input:=depth",)
+    pause = 0.05
+
+    def __init__(self) -> None:
+        super().__init__()
+        tf, _ = self.inputs
+        depth, bgr, size = self._frame.xyz[..., 2], self._frame.bgr, self._frame.bgr.shape[:2]
+        lost = silence(PERSONS)
+        kinds = (
+            ("depth", "depth_registered/image_rect", Image,
+             lambda header: conversions.to_depth_image(header, depth)),
+            ("colours", "rgb/image_rect_color", Image,
+             lambda header: conversions.to_image(header, bgr)),
+            ("camera_info", "rgb/camera_info", CameraInfo,
+             lambda header: conversions.to_camera_info(header, size, self._frame.intrinsics)),
+        )  # fmt: skip
+
+        def of_camera(make: Callable) -> Callable:
+            return lambda stamp: make(conversions.to_header(stamp, CAMERA))
+
+        self.inputs = (
+            tf,
+            *(
+                Input(name, topic, kind, of_camera(make), 0.0, lost)
+                for name, topic, kind, make in kinds
+            ),
+        )
 
 
 class LegDetectorSubject(Subject):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from bench.fault_assembler import ScanAssemblerSubject, TfAssemblerSubject
 from bench.fault_costmap import LocalCostmapSubject
-from bench.fault_detectors import LegDetectorSubject, PersonDetectorSubject
+from bench.fault_detectors import DepthDetectorSubject, LegDetectorSubject, PersonDetectorSubject
 from bench.fault_merger import SafetyAreaMergerSubject
 from bench.fault_monitor import SeparationMonitorSubject
+from bench.fault_segmentation import SegmentationGoalSubject, SegmentationServerSubject
 from bench.fault_self_filter import DepthSelfFilterSubject
 from bench.fault_subject import Subject
 from bench.fault_tracker import ObstacleTrackerSubject
@@ -19,9 +20,12 @@ SUBJECTS: dict[str, type[Subject]] = {
         ObstacleTrackerSubject,
         LocalCostmapSubject,
         PersonDetectorSubject,
+        DepthDetectorSubject,
         DepthSelfFilterSubject,
         ScanAssemblerSubject,
         TfAssemblerSubject,
+        SegmentationServerSubject,
+        SegmentationGoalSubject,
         LegDetectorSubject,
     )
 }

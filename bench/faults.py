@@ -18,8 +18,12 @@ NODES = [  # the most important first
     "obstacle_tracker",
     "local_costmap",
     "person_detector",
+    "person_detector_depth",
     "depth_self_filter",
     "scan_assembler",
+    "scan_assembler_tf",
+    "scan_segmentation_server",
+    "scan_segmentation_goal",
     "leg_detector",
 ]
 QUICK = NODES[:2]

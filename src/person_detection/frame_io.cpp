@@ -55,8 +55,10 @@ RgbdFrame load_pcd(const std::string& path) {
 RgbdFrame from_depth(const cv::Mat& depth, const cv::Mat& bgr, const Intrinsics& camera) {
   if (depth.type() != CV_16UC1 && depth.type() != CV_32FC1)
     throw std::runtime_error("depth image must be 16UC1 [mm] or 32FC1 [m]");
-  if (camera.fx <= 0.0 || camera.fy <= 0.0)
+  if (!(camera.fx > 0.0 && camera.fy > 0.0 && std::isfinite(camera.fx + camera.fy)))
     throw std::runtime_error("camera info: focal length is not positive");
+  if (!std::isfinite(camera.cx + camera.cy))
+    throw std::runtime_error("camera info: principal point is not finite");
   RgbdFrame frame{cv::Mat(depth.size(), CV_32FC3), bgr, camera};
   // The intrinsics are the RGB image's: scale them where the depth image is smaller.
   const double scale = bgr.empty() ? 1.0 : static_cast<double>(depth.cols) / bgr.cols;

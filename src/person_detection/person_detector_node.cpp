@@ -6,6 +6,9 @@
 #include <ros/ros.h>
 #include <tf2_ros/transform_listener.h>
 
+#include <algorithm>
+#include <opencv2/core.hpp>
+
 #include "safe_passage/person_detection/debug_image.h"
 #include "safe_passage/person_detection/frame_io.h"
 #include "safe_passage/ros/clock.h"
@@ -16,8 +19,18 @@
 
 namespace safe_passage::person_detection {
 
-constexpr int kLeastVoxels = 100;   // with fewer the camera is covered: it cannot say "nobody"
-constexpr double kMaxSpread = 0.1;  // [s] between depth and colours: people move on
+constexpr int kLeastVoxels = 100;       // with fewer the camera is covered: it cannot say "nobody"
+constexpr double kLeastContrast = 1.0;  // [grey levels] standard deviation, see shows_something()
+constexpr double kMaxSpread = 0.1;      // [s] between depth and colours: people move on
+
+// Not of one colour, as where the colour sensor fails or its lens is covered while depth goes on:
+// in such a picture everybody would be scored as nobody.
+bool shows_something(const cv::Mat& bgr) {
+  if (bgr.empty()) return true;  // what has no pixels is refused for that
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(bgr, mean, deviation);
+  return std::max({deviation[0], deviation[1], deviation[2]}) >= kLeastContrast;
+}
 
 class PersonDetectorNode {
  public:
@@ -98,6 +111,8 @@ class PersonDetectorNode {
                  const sensor_msgs::CameraInfoConstPtr& info) {
     const ros::WallTime arrived = ros::WallTime::now();
     if (!in_time(depth->header)) return;
+    const std::string fault = fault_of(*depth, *rgb, *info);
+    if (!fault.empty()) return diagnostics_.count(input_, Outcome::kBadFields, fault);
     try {
       const auto bgr = cv_bridge::toCvShare(rgb, "bgr8");
       process(from_depth(cv_bridge::toCvShare(depth)->image, bgr->image, to_intrinsics(*info)),
@@ -150,6 +165,8 @@ class PersonDetectorNode {
   }
 
   void process(const RgbdFrame& frame, const std_msgs::Header& header, ros::WallTime arrived) {
+    if (!shows_something(frame.bgr))
+      return diagnostics_.count(input_, Outcome::kEmpty, "the picture is of one colour");
     // Another camera's ground is not this one's.
     if (header.frame_id != frame_id_) detector_.reset();
     frame_id_ = header.frame_id;

@@ -27,6 +27,11 @@ bool inside_point(const PointField& field, const sensor_msgs::PointCloud2& cloud
   return std::uint64_t{field.offset} + 4 <= cloud.point_step;
 }
 
+template <typename Sized>
+std::string said_size(const Sized& message) {
+  return std::to_string(message.width) + " x " + std::to_string(message.height);
+}
+
 geometry_msgs::Point to_point(const Eigen::Vector3f& p) {
   geometry_msgs::Point point;
   point.x = p.x();
@@ -111,6 +116,17 @@ std::string fault_of(const sensor_msgs::PointCloud2& cloud) {
   if (cloud.row_step < std::uint64_t{cloud.width} * cloud.point_step ||
       cloud.data.size() < std::uint64_t{cloud.row_step} * cloud.height)
     return "less data than its size says";
+  return "";
+}
+
+std::string fault_of(const sensor_msgs::Image& depth, const sensor_msgs::Image& rgb,
+                     const sensor_msgs::CameraInfo& info) {
+  for (const std_msgs::Header* other : {&rgb.header, &info.header})
+    if (other->frame_id != depth.header.frame_id)
+      return "depth in frame " + depth.header.frame_id + ", colours or camera info in " +
+             other->frame_id + ": not registered";
+  if (info.width != rgb.width || info.height != rgb.height)
+    return "camera info of " + said_size(info) + " pixels, colours of " + said_size(rgb);
   return "";
 }
 

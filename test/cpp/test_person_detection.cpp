@@ -444,6 +444,10 @@ TEST(FrameIo, DepthAndPinholeAgree) {
   EXPECT_THROW(estimate_intrinsics(cv::Mat(480, 640, CV_32FC3, cv::Scalar::all(kNan))),
                std::runtime_error);
   EXPECT_THROW(from_depth(cv::Mat(4, 4, CV_8UC1), {}, camera), std::runtime_error);
+  for (const Intrinsics& none : {Intrinsics{0.0, 510.0, 319.0, 241.0},
+                                 {kNan, 510.0, 319.0, 241.0},
+                                 {500.0, 510.0, kNan, 241.0}})
+    EXPECT_THROW(from_depth(depth, {}, none), std::runtime_error);
   EXPECT_THROW(load_pcd("/nowhere.pcd"), std::runtime_error);
 }
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Node person_detector: persons from good frames; silence, with a reason, on all others."""
 
+import math
 import sys
 import tempfile
 import threading
@@ -273,19 +274,43 @@ class PersonDetectorTest(unittest.TestCase):
         def truncated(depth, rgb, info):
             depth.data = depth.data[: len(depth.data) // 2]
 
+        def dark(depth, rgb, info):
+            rgb.data = bytes(len(rgb.data))
+
         def no_colours(depth, rgb, info):
             rgb.encoding, rgb.step = "32FC1", 4 * rgb.width
 
         def uncalibrated(depth, rgb, info):
             info.K, info.P = [0.0] * 9, [0.0] * 12
 
+        def no_numbers(depth, rgb, info):
+            info.K, info.P = [math.nan] * 9, [math.nan] * 12
+
+        def no_centre(depth, rgb, info):
+            info.P[2] = math.nan
+
+        def half_as_wide(depth, rgb, info):  # as of a camera that bins its pixels
+            info.width, info.height = rgb.width // 2, rgb.height // 2
+
+        def other_camera(depth, rgb, info):
+            rgb.header = conversions.to_header(rgb.header.stamp, "other_camera")
+
+        def other_info(depth, rgb, info):
+            info.header = conversions.to_header(info.header.stamp, "other_camera")
+
         self.see_all("depth", self.send_images)
         for reason, change in (
             ("EMPTY", no_number),
+            ("EMPTY", dark),
             ("BAD_FIELDS", bytes_for_depth),
             ("BAD_FIELDS", truncated),
             ("BAD_FIELDS", no_colours),
             ("BAD_FIELDS", uncalibrated),
+            ("BAD_FIELDS", no_numbers),
+            ("BAD_FIELDS", no_centre),
+            ("BAD_FIELDS", half_as_wide),
+            ("BAD_FIELDS", other_camera),
+            ("BAD_FIELDS", other_info),
         ):
             self.assert_silent(
                 reason, lambda stamp, change=change: self.send_images(stamp, change), "depth"

@@ -4,6 +4,7 @@
 #include <geometry_msgs/Transform.h>
 #include <safe_passage/PersonArray.h>
 #include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/MarkerArray.h>
 
@@ -13,6 +14,11 @@ namespace safe_passage::person_detection {
 
 // What is wrong with the cloud for this detector; empty: nothing.
 std::string fault_of(const sensor_msgs::PointCloud2& cloud);
+
+// The same of images: the camera that all three tell of must be one, or depth, colours and rays
+// do not belong together.
+std::string fault_of(const sensor_msgs::Image& depth, const sensor_msgs::Image& rgb,
+                     const sensor_msgs::CameraInfo& info);
 
 // Organised XYZRGB cloud; the intrinsics are left out. Check fault_of() first.
 RgbdFrame to_frame(const sensor_msgs::PointCloud2& cloud);
