@@ -1,6 +1,7 @@
 #include "safe_passage/scan_segmentation/cloud_file.h"
 
 #include <pcl/PCLPointCloud2.h>
+#include <pcl/common/io.h>
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
@@ -8,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <new>
 #include <stdexcept>
 
 #include "safe_passage/core/cloud_header.h"
@@ -50,14 +52,23 @@ double value(const pcl::PCLPointField& field, const std::uint8_t* point) {
     case pcl::PCLPointField::FLOAT64:
       return as<double>(at);
     default:
-      throw std::runtime_error("field " + field.name + " is of an unknown type");
+      throw std::runtime_error(field.name);  // not met: see check()
   }
+}
+
+void check(const pcl::PCLPointField& field, const pcl::PCLPointCloud2& cloud,
+           const std::string& path) {
+  const auto size = static_cast<std::size_t>(pcl::getFieldSize(field.datatype));
+  if (size == 0)
+    throw std::runtime_error(path + ": field " + field.name + " is of an unknown type");
+  if (field.offset + size > cloud.point_step)
+    throw std::runtime_error(path + ": field " + field.name + " lies outside of its points");
 }
 
 // PCL 1.13 crashes on a file without a header: it is read by itself first.
 template <typename Reader>
 void read(Reader reader, const std::string& path, pcl::PCLPointCloud2* cloud,
-          Eigen::Vector4f* origin) {
+          Eigen::Vector4f* origin) try {
   Eigen::Quaternionf orientation;
   refuse_lying_header(path);
   int version = 0, type = 0;
@@ -68,6 +79,10 @@ void read(Reader reader, const std::string& path, pcl::PCLPointCloud2* cloud,
     throw std::runtime_error(path + ": lacks fields x, y, z");
   if (reader.read(path, *cloud, *origin, orientation, version) < 0)
     throw std::runtime_error(path + ": its points cannot be read");
+} catch (const std::logic_error& error) {  // PCL's own, of headers that contradict themselves
+  throw std::runtime_error(path + ": cannot be read: " + error.what());
+} catch (const std::bad_alloc&) {
+  throw std::runtime_error(path + ": too large");
 }
 
 }  // namespace
@@ -83,6 +98,8 @@ CloudFile read_cloud(const std::string& path) {
   }
   const auto *x = find(cloud, {"x"}), *y = find(cloud, {"y"}), *z = find(cloud, {"z"});
   const auto* remission = find(cloud, {"intensity", "remission", "reflectance", "i"});
+  for (const auto* field : {x, y, z, remission})
+    if (field) check(*field, cloud, path);
   const std::size_t count = static_cast<std::size_t>(cloud.width) * cloud.height;
   if (cloud.data.size() < count * cloud.point_step)
     throw std::runtime_error(path + ": it ends before its last point");

@@ -8,6 +8,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from safe_passage._person_detection import load_pcd
+from safe_passage._scan_segmentation import read_cloud
 from safe_passage.core.errors import SafePassageError
 from safe_passage.evaluation.tracking_runs import tracker_parameters
 from safe_passage.robot_model.robot import load_robot_model
@@ -76,6 +77,17 @@ def test_coloured_clouds(tmp_path, data):
         load_pcd(str(tmp_path / "frame.pcd"))
     except RuntimeError as error:
         assert "frame.pcd" in str(error)
+
+
+@pytest.mark.parametrize(
+    "change", [("TYPE F F F F", "TYPE F F F Q"), ("COUNT 1 1 1 1", "COUNT 0 1 1 1")]
+)
+def test_scans_whose_fields_make_no_sense(tmp_path, change):
+    """Found by tools/test --fuzz."""
+    file = tmp_path / "scan.pcd"
+    file.write_text(PCD.replace("rgb", "intensity").replace(*change))
+    with pytest.raises(RuntimeError, match="scan.pcd"):
+        read_cloud(str(file))
 
 
 @FEW
