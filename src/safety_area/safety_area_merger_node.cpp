@@ -177,7 +177,8 @@ class SafetyAreaMerger {
     return pose && pose->age <= hold_time() ? pose : std::nullopt;
   }
 
-  // The robot's, in the laser's frame, in which it stays where it is; empty where tf does not know.
+  // The robot's, in the laser's frame, in which it stays where it is. Empty where tf does not know:
+  // then areas end at the laser, nearer than they would at the outline, never farther.
   safety_area::Outline outline(const std::string& laser_frame) const {
     safety_area::Outline corners;
     if (params_.footprint.empty()) return corners;
@@ -188,7 +189,8 @@ class SafetyAreaMerger {
       for (const auto& corner : params_.footprint)
         corners.emplace_back((T * Eigen::Vector3d(corner.x(), corner.y(), 0.0)).head<2>());
     } catch (const tf2::TransformException& error) {
-      ROS_WARN_THROTTLE(5.0, "footprint not known to the laser: %s", error.what());
+      ROS_WARN_THROTTLE(5.0, "areas are cut back to the laser, not to the footprint in '%s': %s",
+                        params_.base_frame.c_str(), error.what());
     }
     return corners;
   }

@@ -5,8 +5,12 @@
 #include <cstddef>
 #include <limits>
 
+#include "safe_passage/separation/shape_distance.h"
+
 namespace safe_passage::safety_area {
 namespace {
+
+using separation::RobotShape;
 
 constexpr double kTurn = 2.0 * M_PI;
 constexpr double kLeastRange = 0.01;  // [m] 0 is read as "no return" by many
@@ -81,30 +85,15 @@ class Fan {
   std::vector<double> cos_, sin_, nearest_;
 };
 
-// [m] 0: inside.
-double distance_to(const Outline& robot, const Eigen::Vector2d& point) {
-  double least = std::numeric_limits<double>::infinity();
-  bool inside = false;
-  for (std::size_t i = 0; i < robot.size(); ++i) {
-    const Eigen::Vector2d a = robot[i], b = robot[(i + 1) % robot.size()], edge = b - a;
-    const double along = std::clamp(
-        (point - a).dot(edge) / std::max(edge.squaredNorm(), kLeastRange * kLeastRange), 0.0, 1.0);
-    least = std::min(least, (point - a - along * edge).norm());
-    const bool crosses = (a.y() > point.y()) != (b.y() > point.y());
-    if (crosses && point.x() < a.x() + edge.x() * (point.y() - a.y()) / edge.y()) inside = !inside;
-  }
-  return inside ? 0.0 : least;
-}
-
 // [m] from a circle's middle to the robot; the laser is part of it, also where it sticks out.
-double distance_to_robot(const Circle& circle, const Outline& robot) {
+double distance_to_robot(const Circle& circle, const RobotShape& robot) {
   const Eigen::Vector2d middle(circle.x, circle.y);
-  return std::min(middle.norm(), distance_to(robot, middle));
+  return std::min(middle.norm(), robot.distance(middle));
 }
 
 enum class Placing { kOutside, kInside, kIgnored };
 
-Placing placing(const Circle& circle, const MergeParameters& params, const Outline& robot) {
+Placing placing(const Circle& circle, const MergeParameters& params, const RobotShape& robot) {
   const double distance = std::hypot(circle.x, circle.y);
   if (!std::isfinite(distance) || !std::isfinite(circle.radius) || circle.radius <= 0.0)
     return Placing::kIgnored;
@@ -116,7 +105,7 @@ Placing placing(const Circle& circle, const MergeParameters& params, const Outli
 
 // The laser is outside of what is returned, even where it touches the person. Of a circle without a
 // body nothing may be left: a radius of 0.
-Circle cut_back(const Circle& circle, const MergeParameters& params, const Outline& robot) {
+Circle cut_back(const Circle& circle, const MergeParameters& params, const RobotShape& robot) {
   const double distance = std::hypot(circle.x, circle.y);
   const double least = std::min({params.body_radius, circle.radius, distance / 2.0});
   const double body = circle.body ? least : 0.0;
@@ -127,7 +116,7 @@ Circle cut_back(const Circle& circle, const MergeParameters& params, const Outli
 }
 
 void draw_inside(Fan& fan, const Circle& circle, const MergeParameters& params,
-                 const Outline& robot) {
+                 const RobotShape& robot) {
   if (params.inside_policy == InsidePolicy::kBlock) return fan.block();
   if (circle.x == 0.0 && circle.y == 0.0) return;  // it lies in no direction
   const Circle rest = cut_back(circle, params, robot);
@@ -165,12 +154,13 @@ MergedScan merge(const Scan& scan, const std::vector<Circle>& circles,
   if (circles.empty() || !readable) return merged;
 
   Fan fan(scan);
+  const RobotShape shape(robot, 0.0, {});  // of no corners: infinitely far
   for (const Circle& circle : circles) {
-    const Placing where = placing(circle, params, robot);
+    const Placing where = placing(circle, params, shape);
     merged.ignored += where == Placing::kIgnored;
     merged.inside += where == Placing::kInside;
     if (where == Placing::kOutside) fan.draw(circle);
-    if (where == Placing::kInside) draw_inside(fan, circle, params, robot);
+    if (where == Placing::kInside) draw_inside(fan, circle, params, shape);
   }
   overlay(scan, fan, params, merged);
   return merged;
