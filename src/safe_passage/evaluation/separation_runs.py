@@ -227,8 +227,8 @@ def obstacles_of(snapshot: Snapshot) -> Obstacles:
     return Obstacles(
         tracks.id[which],
         tracks.position[which],
-        tracks.course[which],
-        tracks.P[which],
+        tracks.velocity[which],
+        tracks.body_covariance[which],
         tracks.moving[which],
         np.zeros(int(which.sum()), bool),
         [snapshot.shapes[i] for i in np.flatnonzero(which)],
@@ -275,9 +275,9 @@ def _track_of(snapshot: Snapshot, person: PersonState, base: Base) -> tuple[floa
     velocity = rotation(to_base[2]) @ np.array(person.velocity)
     return (
         float(away.min()),
-        float(np.hypot(*(tracks.course[i] - velocity))),
+        float(np.hypot(*(tracks.velocity[i] - velocity))),
         float(tracks.moving[i]),
-        float(np.sqrt(np.linalg.eigvalsh(tracks.P[i, 2:, 2:])[-1])),
+        float(np.sqrt(np.linalg.eigvalsh(tracks.body_covariance[i, 2:, 2:])[-1])),
         float(tracks.id[i]),
     )
 

@@ -125,7 +125,7 @@ def told(snapshot: Snapshot, fresh_cycles: int) -> Told:
     return Told(
         tracks.id[which],
         tracks.position[which] @ turn + (x, y),
-        tracks.course[which] @ turn,
+        tracks.velocity[which] @ turn,
         tracks.moving[which],
         tracks.misses[which] <= fresh_cycles,
     )

@@ -32,15 +32,15 @@ def associate(
         hypotheses (M,) and their tracks (M,).
     """
     features = hypotheses.features
-    pairs, overlap = candidates(features.position, tracks.position, hypotheses.overlaps)
+    pairs, overlap = candidates(features.position, tracks.centroid, hypotheses.overlaps)
     h, t = pairs.T
     squared = _squared_distance(features, tracks, h, t, parameters)
-    away = np.hypot(*(features.position[h] - tracks.position[t]).T)
+    away = np.hypot(*(features.position[h] - tracks.centroid[t]).T)
     agile = tracks.moving & (tracks.unseen <= RECENT)
     reach = np.where(agile[t], NEIGHBOURHOOD, STANDING)
     reach = np.where(tracks.moving[t] & (features.new[h] >= MOSTLY), REFOUND, reach)
     near = overlap | ((squared <= parameters.gate) & (away <= reach))
-    walks = tracks.moving & (np.hypot(*tracks.velocity.T) > WALKING)
+    walks = tracks.moving & (np.hypot(*tracks.x[:, 2:].T) > WALKING)
     near &= ~(tracks.moving[t] & features.left[h])
     near &= ~(walks[t] & (features.stood[h] >= MOSTLY))
     h, t, squared = h[near], t[near], np.minimum(squared[near], parameters.gate)
@@ -81,8 +81,8 @@ def _squared_distance(
     theirs = tracks.extent[t]
     smaller = np.trace(extent, axis1=1, axis2=2) <= np.trace(theirs, axis1=1, axis2=2)
     noise = centroid_noise(np.where(smaller[:, None, None], extent, theirs), parameters)
-    offset = features.position[h] - tracks.position[t]
-    offset = offset + features.age[h, None] * tracks.velocity[t]
+    offset = features.position[h] - tracks.centroid[t]
+    offset = offset + features.age[h, None] * tracks.x[t, 2:]
     return squared_mahalanobis(offset, tracks.P[t, :2, :2] + noise)
 
 

@@ -13,8 +13,6 @@ from filterpy.common import Q_continuous_white_noise
 from safe_passage.core.geometry import Pose, rotation
 
 Array = np.ndarray
-MEMORY = 1.0  # [s] over which a velocity is averaged, at most
-SWING = 0.5  # [m/s] of legs, at most; who strays farther from his average has turned
 
 
 def transition(dt: float) -> Array:
@@ -24,19 +22,21 @@ def transition(dt: float) -> Array:
     return F
 
 
-def process_noise(dt: float, agility: float) -> Array:
-    """Q (4, 4) of white acceleration noise with the spectral density `agility` [m^2/s^3].
+def process_noise(dt: float, agility: Array) -> Array:
+    """Q (N, 4, 4) of white acceleration noise, spectral density `agility` (N, 2, 2) [m^2/s^3].
 
     Noise drawn anew each cycle, as in the paper, would make objects the less agile the higher the
     rate; this way their speed may change by sqrt(agility) in a second whatever dt.
     """
-    return Q_continuous_white_noise(2, dt, agility, block_size=2, order_by_dim=False)
+    one = Q_continuous_white_noise(2, dt)
+    blocks = one[:, None, :, None] * agility[:, None, :, None, :]
+    return blocks.reshape(-1, 4, 4)
 
 
 def predict(x: Array, P: Array, dt: float, agility: Array) -> tuple[Array, Array]:
-    """States (N, 4) and covariances (N, 4, 4), dt [s] later; agility (N,) [m^2/s^3] of each."""
+    """States (N, 4) and covariances (N, 4, 4), dt [s] later; agility (N, 2, 2) of each."""
     F = transition(dt)
-    return x @ F.T, F @ P @ F.T + agility[:, None, None] * process_noise(dt, 1.0)
+    return x @ F.T, F @ P @ F.T + process_noise(dt, agility)
 
 
 def move_frame(x: Array, P: Array, motion: Pose, drift: float) -> tuple[Array, Array]:
@@ -78,27 +78,6 @@ def update(x: Array, P: Array, z: Array, R: Array, age: Array) -> tuple[Array, A
     I_KH = np.eye(4) - K @ H
     covariance = I_KH @ P @ I_KH.transpose(0, 2, 1) + K @ R @ K.transpose(0, 2, 1)
     return better, covariance
-
-
-def without_swing(mean: Array, velocity: Array, count: Array, dt: float, way: float) -> Array:
-    """(N, 2) [m/s] velocities averaged over about the last `way` [m], and at most over MEMORY.
-
-    Scanners at the height of ankles see legs that swing: the velocity of what they see goes to and
-    fro with each step, by about 0.3 m/s for somebody who walks evenly.
-
-    Args:
-        mean: (N, 2) [m/s] the same averages dt [s] ago.
-        velocity: (N, 2) [m/s] now.
-        count: (N,) velocities that the averages were made of.
-    """
-    if dt <= 0.0:
-        return mean
-    speed = np.maximum(np.hypot(*mean.T), np.hypot(*velocity.T))
-    memory = np.maximum(np.minimum(way / np.maximum(speed, 1e-6), MEMORY), dt)
-    share = np.maximum(dt / memory, 1.0 / (count + 1.0))
-    swing = (1.0 - share[:, None]) * (mean - velocity)
-    swing *= np.minimum(1.0, SWING / np.maximum(np.hypot(*swing.T), 1e-9))[:, None]
-    return velocity + swing
 
 
 def squared_mahalanobis(offset: Array, covariance: Array) -> Array:

@@ -10,6 +10,7 @@ from safe_passage._monitoring import ShapeAligner
 from safe_passage.core.geometry import Pose, rotation
 from safe_passage.monitoring.features import LEAST_NEW, MOSTLY, Features
 from safe_passage.monitoring.fusion_grid import FusionGrid
+from safe_passage.monitoring.gait import follow
 from safe_passage.monitoring.hypotheses import Hypotheses
 from safe_passage.monitoring.motion import squared_mahalanobis, update
 from safe_passage.monitoring.parameters import TrackerParameters
@@ -69,7 +70,8 @@ def observe(
         noise = centroid_noise(features.extent[seen], parameters)
         sight = Sight(tracks.offset[known], noise, np.ones(len(seen), bool))
     cut = hypotheses.part[seen, None, None] * CUT**2 * np.eye(2)
-    x, P = update(tracks.x[known], tracks.P[known], position - sight.offset, sight.noise + cut, age)
+    z, noise = position - sight.offset, sight.noise + cut
+    x, P = update(tracks.x[known], tracks.P[known], z, noise, age)
     shapes, references = list(tracks.shapes), list(tracks.references)
     whole = ~hypotheses.part[seen]  # a part cut off a cluster says little of the object's shape
     _store(shapes, known, points, x[:, :2] - age[:, None] * x[:, 2:], whole, pose)
@@ -77,9 +79,11 @@ def observe(
     _store(references, known, fresh.points, was_at, whole & sight.renew, pose)
     zero = np.zeros(len(seen), np.int64)
     height = features.height[seen]
+    tracks = tracks.with_(x=_replaced(tracks.x, known, x), P=_replaced(tracks.P, known, P))
+    body, covariance = follow(tracks, known, z, noise, age, parameters)
     return tracks.with_(
-        x=_replaced(tracks.x, known, x),
-        P=_replaced(tracks.P, known, P),
+        body=body,
+        body_covariance=covariance,
         offset=_replaced(tracks.offset, known, sight.offset),
         extent=_replaced(tracks.extent, known, features.extent[seen]),
         cells=_replaced(tracks.cells, known, features.cells[seen]),
@@ -186,7 +190,7 @@ def classify(
         cameras: (S,) bool, sensors that see a part of what is around: while the robot drives other
             parts of things come into their view. What they alone see moves if it is new there.
     """
-    velocity = tracks.velocity[known]
+    velocity = tracks.x[known, 2:]
     way = tracks.x[known, :2] - tracks.origin[known]
     significance = squared_mahalanobis(velocity, tracks.P[known, 2:, 2:])
     new = (features.new >= MOSTLY) & (features.new * features.cells >= LEAST_NEW)
@@ -210,6 +214,6 @@ def classify(
 def _legs(tracks: Tracks, known: np.ndarray) -> np.ndarray:
     """Which of the tracks `known` (M,) are so near to an older one that moves as only legs are."""
     older = np.flatnonzero(tracks.moving & (tracks.misses == 0))
-    place = tracks.position
+    place = tracks.centroid
     away = np.hypot(*np.moveaxis(place[known, None] - place[None, older], -1, 0))
     return ((away < ONE_BODY) & (older[None] < known[:, None])).any(axis=1)

@@ -87,7 +87,9 @@ class TrackerParameters:
         0.6  # [m^2/s^3] speed changes by the root of it in a second: noise of the model
     )
     moving_agility: float = 1.5  # [m^2/s^3] the same of what is known to move
+    pace_agility: float = 0.15  # [m^2/s^3] the same of a walker along his way
     position_noise: float = 0.12  # [m] standard deviation of a compact object's centroid
+    stride_noise: float = 0.2  # [m] more of a walker's along his way: legs swing
     extent_scale: float = 0.33  # [m] standard deviation of an object whose centroid is as uncertain
     initial_speed: float = 0.7  # [m/s] standard deviation of a new track's velocity
     odometry_drift: float = 0.02  # [m/m] and [rad/rad] of ego-motion
@@ -98,7 +100,6 @@ class TrackerParameters:
     alignment_noise: float = 0.17  # [m] of a displacement of which a cell loses one cell of overlap
     alignment_overlap: float = 0.8  # share of cells that must lie on each other
 
-    averaged_way: float = 0.2  # [m] over which the velocity that is told is averaged
     moving_speed: float = 0.3  # [m/s] slower tracks are stationary (5)
     moving_significance: float = 1.0  # squared Mahalanobis distance of the velocity from 0
     moving_distance: float = 0.4  # [m] a track must have left its place by
@@ -136,6 +137,8 @@ class TrackerParameters:
         check_range("height_scale", self.height_scale, 0.01, 10.0, "m")
         check_range("agility", self.agility, 0.001, 100.0, "m^2/s^3")
         check_range("moving_agility", self.moving_agility, 0.001, 100.0, "m^2/s^3")
+        check_range("pace_agility", self.pace_agility, 0.001, 100.0, "m^2/s^3")
+        check_range("stride_noise", self.stride_noise, 0.0, 10.0, "m")
         check_range("position_noise", self.position_noise, 0.001, 10.0, "m")
         check_range("extent_scale", self.extent_scale, 0.01, 1000.0, "m")
         check_range("initial_speed", self.initial_speed, 0.01, 50.0, "m/s")
@@ -143,7 +146,6 @@ class TrackerParameters:
         check_range("alignment_size", self.alignment_size, 0.0, 100.0, "m")
         check_range("alignment_reach", self.alignment_reach, 0.0, 64 * self.resolution, "m")
         check_range("alignment_noise", self.alignment_noise, 0.001, 10.0, "m")
-        check_range("averaged_way", self.averaged_way, 0.0, 10.0, "m")
         check_range("moving_speed", self.moving_speed, 0.0, 50.0, "m/s")
         check_range("moving_significance", self.moving_significance, 0.0, 1e4, "")
         check_range("moving_distance", self.moving_distance, 0.0, 10.0, "m")

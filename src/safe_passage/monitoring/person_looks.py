@@ -79,9 +79,8 @@ def places_of(snapshot: Snapshot) -> Places:
     """All tracks of a cycle."""
     tracks, pose = snapshot.tracks, snapshot.pose
     cells = Ragged(placed(snapshot.shapes.values, pose), snapshot.shapes.start)
-    size = np.sqrt(12.0 * np.trace(tracks.extent, axis1=1, axis2=2))
-    velocity = tracks.course @ rotation(pose[2]).T
-    return Places(placed(tracks.position, pose), velocity, cells, size)
+    velocity = tracks.velocity @ rotation(pose[2]).T
+    return Places(placed(tracks.position, pose), velocity, cells, tracks.size)
 
 
 def match(look: Look, places: Places, fits: np.ndarray, gate: float) -> list[int]:

@@ -16,8 +16,9 @@ from safe_passage.monitoring.clustering import cluster
 from safe_passage.monitoring.features import describe
 from safe_passage.monitoring.free_space import FreeSpace
 from safe_passage.monitoring.fusion_grid import Fusion, FusionGrid
+from safe_passage.monitoring.gait import agilities
 from safe_passage.monitoring.hypotheses import Hypotheses, Rules, propose
-from safe_passage.monitoring.motion import move_frame, predict, without_swing
+from safe_passage.monitoring.motion import move_frame, predict
 from safe_passage.monitoring.observation import classify, observe
 from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.preprocessing import outside
@@ -92,7 +93,7 @@ class ObstacleTracker:
         tracks = self._predict(stamp, pose)
         shapes = placed_shapes(self._expected(tracks), tracks.x[:, :2], pose)
         established = stamp - tracks.born >= self._p.fragment_age
-        walkers = tracks.position[tracks.moving & established]
+        walkers = tracks.centroid[tracks.moving & established]
         clusters = cluster(
             grid, self._p.min_points, self._p.body_size, IN_STRIDE * self._p.body_size, walkers
         )
@@ -101,7 +102,6 @@ class ObstacleTracker:
         tracks = observe(tracks, grid, hypotheses, (seen, known), pose, self._aligner, self._p)
         features = hypotheses.features.of(seen)
         tracks = classify(tracks, known, features, self._elapsed(stamp), self._cameras(), self._p)
-        tracks = self._steadied(tracks, self._elapsed(stamp))
         tracks = self._drop_lost(tracks, hypotheses, seen, known, established)
         tracks = self._start_new(tracks, grid, hypotheses, seen, stamp, pose)
         self._tracks, self._last = tracks, (stamp, pose)
@@ -121,7 +121,7 @@ class ObstacleTracker:
         Large things that stand are expected as they were: who walks away from a table would
         otherwise take its shape along, cycle by cycle.
         """
-        stands = ~tracks.moving & (_sizes(tracks) > self._p.body_size)
+        stands = ~tracks.moving & (tracks.size > self._p.body_size)
         pairs = zip(tracks.shapes, tracks.references, stands)
         return [reference if still else shape for shape, reference, still in pairs]
 
@@ -143,7 +143,7 @@ class ObstacleTracker:
             IN_STRIDE * p.body_size,
             tracks.moving,
             established,
-            tracks.position[_sizes(tracks) <= p.body_size],
+            tracks.centroid[tracks.size <= p.body_size],
         )
 
     def _without_robot(self, measurement: Measurement) -> Measurement:
@@ -157,28 +157,26 @@ class ObstacleTracker:
         if self._last is None:
             return tracks
         dt, from_pose = self._elapsed(stamp), self._last[1]
-        agility = np.where(tracks.moving, self._p.moving_agility, self._p.agility)
-        x, P = predict(tracks.x, tracks.P, dt, agility)
-        motion = compose(inverse(from_pose), pose)
-        x, P = move_frame(x, P, motion, self._p.odometry_drift)
+        motion, drift = compose(inverse(from_pose), pose), self._p.odometry_drift
+        seen, carried = agilities(tracks, self._p)
+        x, P = predict(tracks.x, tracks.P, dt, seen)
+        x, P = move_frame(x, P, motion, drift)
+        body, covariance = predict(tracks.body, tracks.body_covariance, dt, carried)
+        body, covariance = move_frame(body, covariance, motion, drift)
         turn = rotation(-motion[2])
         origin = (tracks.origin - motion[:2]) @ turn.T
         extent = turn @ tracks.extent @ turn.T
-        offset, course = tracks.offset @ turn.T, tracks.course @ turn.T
+        offset = tracks.offset @ turn.T
         return tracks.with_(
             x=x,
             P=P,
-            course=course,
+            body=body,
+            body_covariance=covariance,
             origin=origin,
             extent=extent,
             offset=offset,
             unseen=tracks.unseen + dt,
         )
-
-    def _steadied(self, tracks: Tracks, dt: float) -> Tracks:
-        cycles, way = tracks.hits + tracks.misses, self._p.averaged_way
-        course = without_swing(tracks.course, tracks.velocity, cycles, dt, way)
-        return tracks.with_(course=course)
 
     def _drop_lost(
         self,
@@ -227,8 +225,3 @@ class ObstacleTracker:
         fresh = new_tracks(features, shapes, self._next_id, stamp, self._p)
         self._next_id += len(chosen)
         return tracks.join(fresh)
-
-
-def _sizes(tracks: Tracks) -> np.ndarray:
-    """(N,) [m] of each object, as of a line with its second moment."""
-    return np.sqrt(12.0 * np.trace(tracks.extent, axis1=1, axis2=2))

@@ -22,9 +22,10 @@ class Tracks:
     """
 
     id: np.ndarray  # (N,) int, from 1, never used twice
-    x: np.ndarray  # (N, 4) [m, m/s] position and velocity over ground
+    x: np.ndarray  # (N, 4) [m, m/s] position and velocity over ground of what is seen
     P: np.ndarray  # (N, 4, 4) covariance
-    course: np.ndarray  # (N, 2) [m/s] velocity without the swing of the legs, as it is told
+    body: np.ndarray  # (N, 4) the same of the body that legs carry; of all else, of what is seen
+    body_covariance: np.ndarray  # (N, 4, 4)
     offset: np.ndarray  # (N, 2) [m]
     origin: np.ndarray  # (N, 2) [m] where the point was when the track began
     extent: np.ndarray  # (N, 2, 2) [m^2] second moment of the cells
@@ -44,14 +45,24 @@ class Tracks:
         return len(self.id)
 
     @property
-    def position(self) -> np.ndarray:
-        """(N, 2) [m] centroid of what is seen."""
+    def centroid(self) -> np.ndarray:
+        """(N, 2) [m] of what is seen."""
         return self.x[:, :2] + self.offset
 
     @property
+    def position(self) -> np.ndarray:
+        """(N, 2) [m] as it is told: of a walker's body, of all else the centroid."""
+        return self.body[:, :2] + self.offset
+
+    @property
     def velocity(self) -> np.ndarray:
-        """(N, 2) [m/s] over ground, as the filter has it."""
-        return self.x[:, 2:]
+        """(N, 2) [m/s] over ground, as it is told."""
+        return self.body[:, 2:]
+
+    @property
+    def size(self) -> np.ndarray:
+        """(N,) [m] as of a line with its second moment."""
+        return np.sqrt(12.0 * np.trace(self.extent, axis1=1, axis2=2))
 
     def keep(self, which: np.ndarray) -> Tracks:
         """Those of the mask `which` (N,)."""
@@ -94,7 +105,8 @@ def new_tracks(
         np.arange(first_id, first_id + count),
         x,
         P,
-        np.zeros((count, 2)),
+        x,
+        P,
         np.zeros((count, 2)),
         features.position.copy(),
         features.extent,

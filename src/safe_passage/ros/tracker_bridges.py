@@ -80,5 +80,5 @@ def _told(snapshot: Snapshot, mask: np.ndarray):
     which = np.flatnonzero(snapshot.confirmed & mask)
     x, y, yaw = snapshot.pose
     at = placed(tracks.position[which], (x, y, yaw))
-    velocity = placed(tracks.course[which], (0.0, 0.0, yaw))
+    velocity = placed(tracks.velocity[which], (0.0, 0.0, yaw))
     return zip(which.tolist(), tracks.id[which].tolist(), at.tolist(), velocity.tolist())

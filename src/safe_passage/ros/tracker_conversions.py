@@ -34,8 +34,8 @@ def to_tracks(
             column[snapshot.confirmed].tolist()
             for column in (
                 tracks.id, snapshot.stamp - tracks.born, tracks.misses == 0, tracks.moving,
-                tracks.position, tracks.course, tracks.P.reshape(-1, 16), tracks.height,
-                tracks.counts, persons.labelled, persons.probability,
+                tracks.position, tracks.velocity, tracks.body_covariance.reshape(-1, 16),
+                tracks.height, tracks.counts, persons.labelled, persons.probability,
             )
         ),
     )  # fmt: skip

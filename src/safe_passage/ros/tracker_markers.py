@@ -98,7 +98,7 @@ def _arrows_and_labels(header: Header, snapshot: Snapshot) -> list[Marker]:
     """For a moving track, the way of the next second in white; beside it id and speed."""
     tracks, markers = snapshot.tracks, []
     for i in np.flatnonzero(snapshot.confirmed & tracks.moving).tolist():
-        number, at, velocity = int(tracks.id[i]), tracks.position[i], tracks.course[i]
+        number, at, velocity = int(tracks.id[i]), tracks.position[i], tracks.velocity[i]
         speed = float(np.hypot(*velocity))
         if speed > STILL:
             arrow = to_marker(header, "velocity", number, Marker.ARROW, to_colour(WHITE, 1.0))

@@ -138,7 +138,7 @@ def to_person_array(snapshot: Snapshot, persons: Persons, header: Header) -> Per
     """Tracked persons and new detections without a track; the header's frame is the odometry's."""
     array = PersonArray(header=header)
     tracks = snapshot.tracks
-    velocity = tracks.course @ rotation(snapshot.pose[2]).T
+    velocity = tracks.velocity @ rotation(snapshot.pose[2]).T
     for i, places in persons.places.items():
         for k, at in enumerate(places.tolist()):
             number = int(tracks.id[i]) if k == 0 else 0  # an id is one person's

@@ -101,7 +101,7 @@ def test_teb_gets_what_moves_with_its_velocity_in_odom(packages, snapshot):
     (obstacle,) = array.obstacles  # the wall stands: it is in TEB's costmap
     i = index_of(snapshot, POST)
     assert obstacle.id == snapshot.tracks.id[i]
-    forward, left = snapshot.tracks.course[i]
+    forward, left = snapshot.tracks.velocity[i]
     linear = obstacle.velocities.twist.linear
     assert (linear.x, linear.y) == pytest.approx((-left, forward))  # base looks along odom's y
     assert linear.y > 0.4

@@ -70,7 +70,7 @@ def test_who_was_seen_by_a_detector_is_a_person(snapshot):
 
 
 def test_covariance_is_that_of_x_y_vx_vy(snapshot, post_and_wall):
-    wanted = {tuple(P.ravel()) for P in snapshot.tracks.P}
+    wanted = {tuple(P.ravel()) for P in snapshot.tracks.body_covariance}
     assert {tuple(o.covariance) for o in post_and_wall} <= wanted
 
 

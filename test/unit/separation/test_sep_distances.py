@@ -197,7 +197,7 @@ def test_carried_on_is_the_same_seen_later(given_states, age, motion):
         before.cells[0] + age * before.velocity[0], abs=1e-9
     )
     F = transition(age)
-    expected = F @ before.covariance[0] @ F.T + process_noise(age, 0.3)
+    expected = F @ before.covariance[0] @ F.T + process_noise(age, 0.3 * np.eye(2)[None])[0]
     found = after.covariance[0]
     turn = np.kron(np.eye(2), rotation(motion[2]))
     assert turn @ found @ turn.T == pytest.approx(expected, abs=1e-9)
