@@ -35,7 +35,7 @@ def test_what_does_not_walk_is_where_it_is_seen(changes):
     density = P.moving_agility if own.moving[0] else P.agility
     assert seen[0] == pytest.approx(density * np.eye(2))
     assert bodies == pytest.approx(seen)
-    away = own.with_(body=own.body + (0.1, 0.1, 0.0, 0.0))
+    away = own.with_(body=own.body + np.array([0.1, 0.1, 0.0, 0.0]))
     body, covariance = observed(away, own.x[:, :2])
     assert body == pytest.approx(own.x) and covariance == pytest.approx(own.P)
 
