@@ -152,6 +152,10 @@ class CameraCalibratorTest(unittest.TestCase):
         self.assert_refused("BAD_GOAL", "/proc/nowhere", output_folder="/proc/nowhere")
         result, _ = self.ask(output_folder="/proc")  # is there, and nothing can be made in it
         self.assertEqual(result.verdict, "BAD_GOAL", result.why)
+        for name, value in (
+            ("timeout", float("nan")), ("timeout", 3e38), ("timeout", -1.0), ("poses", 10**6),
+        ):  # fmt: skip
+            self.assert_refused("BAD_GOAL", name, **{name: value})
         wrong = pose(1.0, 0.0, 0.0, Quaternion(0.0, 0.0, 0.0, 0.0))
         self.assert_refused("BAD_GOAL", "guess", guess_given=True, guess=wrong)
 

@@ -8,6 +8,9 @@ from safe_passage.calibration import CalibrationParameters
 from safe_passage.core.errors import ParameterError
 from safe_passage.core.parameters import check_range, check_text
 
+MOST_POSES = 100
+LONGEST = 86_400.0  # [s] for all poses
+
 
 @dataclass(frozen=True)
 class CalibratorNodeParameters(CalibrationParameters):
@@ -38,11 +41,11 @@ class CalibratorNodeParameters(CalibrationParameters):
         check_text("child_frame", self.child_frame, may_be_empty=True)
         check_text("before_frame", self.before_frame)
         check_text("view_frame", self.view_frame)
-        check_range("poses", self.poses, 1, 100, "")
-        check_range("least_poses", self.least_poses, 1, 100, "")
+        check_range("poses", self.poses, 1, MOST_POSES, "")
+        check_range("least_poses", self.least_poses, 1, MOST_POSES, "")
         if self.least_poses > self.poses:
             raise ParameterError(f"least_poses is {self.least_poses}, poses only {self.poses}")
-        check_range("timeout", self.timeout, 0.1, 86_400.0, "s")
+        check_range("timeout", self.timeout, 0.1, LONGEST, "s")
         check_range("still_time", self.still_time, 0.0, 5.0, "s")
         check_range("still_angle", self.still_angle, 1e-6, 0.1, "rad or m")
         check_range("new_pose", self.new_pose, 1e-3, 10.0, "rad or m")

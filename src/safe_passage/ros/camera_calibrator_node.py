@@ -18,7 +18,8 @@ from safe_passage.calibration import ArmCalibrator, ArmView, Calibration, Verdic
 from safe_passage.calibration.collecting import PoseCollector
 from safe_passage.calibration.writers import folder_for, write
 from safe_passage.core.depth_image import metres
-from safe_passage.core.errors import InputError
+from safe_passage.core.errors import InputError, ParameterError
+from safe_passage.core.parameters import check_range
 from safe_passage.core.reading import build
 from safe_passage.msg import (
     CalibrateCameraAction,
@@ -30,8 +31,8 @@ from safe_passage.robot_model import JointHistory, PinholeCamera, RobotModel
 from safe_passage.ros.actions import RefusedError, forget_goals, survive_clock_jumps
 from safe_passage.ros.arm_inputs import ArmInputs, described_robot
 from safe_passage.ros.calibration_outputs import CalibrationOutputs, to_result
-from safe_passage.ros.calibrator_parameters import CalibratorNodeParameters
-from safe_passage.ros.conversions import from_transform
+from safe_passage.ros.calibrator_parameters import LONGEST, MOST_POSES, CalibratorNodeParameters
+from safe_passage.ros.conversions import from_transform, is_transform
 from safe_passage.ros.depth_conversions import from_depth_image
 from safe_passage.ros.diagnostics import NodeDiagnostics
 from safe_passage.ros.input_loop import LOOK_ROUND, rounds
@@ -143,6 +144,7 @@ class CameraCalibratorNode:
     def _answer(self, goal: CalibrateCameraGoal) -> CalibrateCameraResult:
         """Inputs -> guess -> poses -> calibration -> picture and files."""
         p = self._p
+        check_goal(goal)
         folder = self._folder(goal)
         model = self._load_model()
         root = p.root_frame or model.root
@@ -225,10 +227,8 @@ class CameraCalibratorNode:
         if goal.guess_given:
             given = TransformStamped()
             given.transform.translation = goal.guess.position
-            given.transform.rotation = turn = goal.guess.orientation
-            place = goal.guess.position
-            values = [place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w]
-            if not np.isfinite(values).all() or abs(np.linalg.norm(values[3:]) - 1.0) > 0.01:
+            given.transform.rotation = goal.guess.orientation
+            if not is_transform(given.transform):
                 raise RefusedError("BAD_GOAL", "guess: finite, its quaternion of length 1")
             return from_transform(given)
         patience = rospy.Duration.from_sec(self._p.transform_tolerance)
@@ -289,6 +289,15 @@ class CameraCalibratorNode:
         with self._state:
             self._seen, self._jumped = None, True
             self._state.notify_all()
+
+
+def check_goal(goal: CalibrateCameraGoal) -> None:
+    """Raises RefusedError where a number of it has no meaning."""
+    try:
+        check_range("poses", goal.poses, 0, MOST_POSES, "")
+        check_range("timeout", goal.timeout, 0.0, LONGEST, "s")
+    except ParameterError as error:
+        raise RefusedError("BAD_GOAL", str(error)) from None
 
 
 def main() -> None:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Point, Quaternion, Transform, TransformStamped, Vector3
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from safe_passage.core.geometry import Pose
 from safe_passage.costmap import quaternion_yaw
+
+UNIT = 0.01  # by which a quaternion's squared length may be off 1, as in tf2
 
 
 def to_header(stamp: rospy.Time, frame_id: str) -> Header:
@@ -94,6 +96,13 @@ def from_transform(message: TransformStamped) -> np.ndarray:
     T[:3, :3] = Rotation.from_quat((turn.x, turn.y, turn.z, turn.w)).as_matrix()
     T[:3, 3] = place.x, place.y, place.z
     return T
+
+
+def is_transform(message: Transform) -> bool:
+    """Finite, with a quaternion of length 1: of others tf2 takes nothing."""
+    place, turn = message.translation, message.rotation
+    values = np.array([place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w])
+    return bool(np.isfinite(values).all() and abs(values[3:] @ values[3:] - 1.0) <= UNIT)
 
 
 def planar_pose(place: Point | Vector3, turn: Quaternion) -> Pose:

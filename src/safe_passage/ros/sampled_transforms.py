@@ -11,6 +11,9 @@ import rospy
 import tf2_ros
 from tf2_msgs.msg import TFMessage
 
+from safe_passage.ros.conversions import is_transform
+from safe_passage.ros.diagnostics import Outcome
+
 MOST_GAPS = 200  # remembered of a frame
 
 
@@ -82,11 +85,11 @@ class SampledTransforms:
     Args:
         longest_gap: [s] between two transforms.
         max_future: [s] those stamped farther ahead are refused.
-        refused: is called with the reason.
+        refused: is called with what a transform that is not taken counts as, and why.
     """
 
     def __init__(
-        self, longest_gap: float, max_future: float, refused: Callable[[str], None]
+        self, longest_gap: float, max_future: float, refused: Callable[[Outcome, str], None]
     ) -> None:
         self._buffer, self._gaps = tf2_ros.Buffer(), SampleGaps(longest_gap)
         self._max_future, self._refused = max_future, refused
@@ -116,10 +119,13 @@ class SampledTransforms:
         for one in message.transforms:
             parent, child = (n.lstrip("/") for n in (one.header.frame_id, one.child_frame_id))
             ahead = (one.header.stamp - now).to_sec()
-            if static:
+            if not is_transform(one.transform):  # tf2 drops it, so it must not fill a gap
+                why = f"{parent} -> {child}: must be finite, its quaternion of length 1"
+                self._refused(Outcome.BAD_FIELDS, why)
+            elif static:
                 self._buffer.set_transform_static(one, "default_authority")
             elif ahead > self._max_future:
-                self._refused(f"{parent} -> {child} {ahead:.3f} s ahead")
+                self._refused(Outcome.FUTURE, f"{parent} -> {child} {ahead:.3f} s ahead")
             else:
                 with self._lock:  # first, so that nobody sees what they do not know of
                     self._gaps.note(parent, child, one.header.stamp.to_sec())

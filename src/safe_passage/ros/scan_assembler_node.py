@@ -93,7 +93,7 @@ class ScanAssemblerNode:
             self._tf = SampledTransforms(
                 self._p.joint_gap,
                 self._p.max_future,
-                lambda why: self._diagnostics.count("tf", Outcome.FUTURE, why),
+                lambda outcome, why: self._diagnostics.count("tf", outcome, why),
             )
         limits = InputLimits(self._p.max_age, self._p.max_future, self._p.transform_tolerance)
         self._input = SensorInput(

@@ -1,9 +1,16 @@
 """Where tf has gaps, however its messages come in."""
 
+import math
+
 import pytest
+import rospy
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
 from hypothesis import given
 from hypothesis import strategies as st
-from safe_passage.ros.sampled_transforms import SampleGaps
+from safe_passage.ros.diagnostics import Outcome
+from safe_passage.ros.sampled_transforms import SampledTransforms, SampleGaps
+from tf2_msgs.msg import TFMessage
 
 LONGEST = 0.2  # [s]
 
@@ -65,3 +72,51 @@ def test_any_order_tells_the_same(tenths, at):
     if within and after - before == pytest.approx(LONGEST):
         return  # rounding decides
     assert bool(told) == within or after - before == pytest.approx(LONGEST)
+
+
+class Buffer(tf2_ros.BufferCore):
+    """tf2's, without its service."""
+
+    def lookup_transform(self, target, source, stamp):
+        return self.lookup_transform_core(target, source, stamp)
+
+
+@pytest.fixture()
+def fed(monkeypatch):
+    """SampledTransforms without a master, and what it has refused."""
+    monkeypatch.setattr(rospy, "Subscriber", lambda *_, **__: None)
+    monkeypatch.setattr(rospy.Time, "now", lambda: rospy.Time(1))
+    monkeypatch.setattr(tf2_ros, "Buffer", Buffer)
+    refused = []
+    tf = SampledTransforms(LONGEST, 0.1, lambda outcome, why: refused.append((outcome, why)))
+    monkeypatch.setattr(
+        tf2_ros.Buffer, "lookup_transform", tf2_ros.BufferCore.lookup_transform_core
+    )
+    return tf, refused
+
+
+def told(stamp, x=0.0, w=1.0):
+    one = TransformStamped(child_frame_id="turning")
+    one.header.frame_id, one.header.stamp = "base", rospy.Time.from_sec(stamp)
+    one.transform.translation.x, one.transform.rotation.w = x, w
+    return TFMessage([one])
+
+
+@pytest.mark.parametrize(("x", "w"), [(math.nan, 1.0), (0.0, 0.0), (0.0, 2.0), (0.0, math.inf)])
+def test_what_is_no_transform_fills_no_gap(fed, x, w):
+    """tf2 drops it: it would interpolate over the whole time."""
+    tf, refused = fed
+    tf._take(told(0.1), False)
+    for stamp in (0.25, 0.4, 0.55):
+        tf._take(told(stamp, x, w), False)
+    tf._take(told(0.7), False)
+    assert [outcome for outcome, _ in refused] == [Outcome.BAD_FIELDS] * 3
+    with pytest.raises(tf2_ros.ExtrapolationException, match="turning was not told for 0.60 s"):
+        tf.lookup("base", "turning", rospy.Time.from_sec(0.3))
+    assert tf.lookup("base", "turning", rospy.Time.from_sec(0.7))
+
+
+def test_a_transform_from_the_future_is_refused(fed):
+    tf, refused = fed
+    tf._take(told(1.2), False)
+    assert [outcome for outcome, _ in refused] == [Outcome.FUTURE]
