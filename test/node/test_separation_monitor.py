@@ -101,7 +101,9 @@ class SeparationMonitorTest(unittest.TestCase):
     def test_1_waits_for_its_inputs_and_stands(self):
         def named():
             topics = ("tracks", "odom")
-            return all(f"waiting for: /robot1/{t}" in self.diagnostics.message() for t in topics)
+            said = self.diagnostics.message()
+            waits = all(f"waiting for: /robot1/{t}" in said for t in topics)
+            return waits and self.states and self.commands
 
         only = {"without": ("tf", "arm", "odom", "tracks")}
         self.wait(named, "'waiting for'", lambda: self.world.tick(**only))
@@ -142,8 +144,9 @@ class SeparationMonitorTest(unittest.TestCase):
     def test_3_who_walks_towards_it_stops_it_from_afar(self):
         self.be_free()
         self.world.people = [(4.0, 0.0, -1.5, 0.0)]
-        state = self.see()
-        self.assertEqual(state.level, STOP)
+        took = self.see_until(lambda s: s.level == STOP, "stopped")
+        self.assertLessEqual(took, 2.0 * TICK)  # a cycle may come between the clock and the tracks
+        state = self.state()
         self.assertAlmostEqual(state.time_to_collision, (3.4 - 0.17 - 0.25) / 2.0, delta=0.3)
 
     def test_3_leaving_is_allowed(self):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Quaternion, Twist
 from nav_msgs.msg import Odometry, Path
 from std_msgs.msg import Header
 
@@ -18,6 +18,7 @@ from safe_passage.separation import Assessment, Obstacles
 from safe_passage.separation.robot_motion import Velocity
 
 FASTEST = 100.0  # [m/s], [rad/s] what claims to be faster is no velocity
+NOT_UNIT = 0.1  # a quaternion whose squared length is off by more is none
 
 
 def to_obstacles(array: TrackedObstacleArray) -> Obstacles:
@@ -87,10 +88,28 @@ def to_twist(velocity: Velocity) -> Twist:
     return twist
 
 
-def to_path(message: Path, T_base_path: Pose) -> np.ndarray:
-    """(K, 2) [m] in base; planners do not agree on what a path's orientations mean."""
-    points = [(p.pose.position.x, p.pose.position.y) for p in message.poses]
-    return placed(np.array(points, float).reshape(-1, 2), T_base_path)
+def to_path(message: Path, T_base_path: Pose, oriented: bool) -> np.ndarray:
+    """(K, 2) [m] in base; with the robot's heading, (K, 3) [m, rad], if its poses are `oriented`.
+
+    Planners do not agree on what orientations mean; where one is none, all are left out.
+    """
+    poses = [
+        planar_pose(p.pose.position, p.pose.orientation)
+        for p in message.poses
+        if not oriented or _is_turn(p.pose.orientation)
+    ]
+    path = np.array(poses, float).reshape(-1, 3)
+    points = placed(path[:, :2], T_base_path)
+    if not oriented:
+        return points
+    if len(poses) < len(message.poses):
+        return to_path(message, T_base_path, oriented=False)
+    return np.column_stack([points, path[:, 2] + T_base_path[2]])
+
+
+def _is_turn(q: Quaternion) -> bool:
+    """Whether it is a unit quaternion."""
+    return abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < NOT_UNIT
 
 
 def to_state(assessment: Assessment, header: Header, detail: str = "") -> SeparationState:

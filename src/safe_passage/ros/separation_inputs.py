@@ -160,14 +160,13 @@ class SeparationInputs:
         return carried_on(last.content.obstacles, age, moved, self._p)
 
     def _way(self, now: rospy.Time, latest: rospy.Time):
-        """(K, 2) [m] base, or None."""
+        """(K, 2) [m] or, with headings, (K, 3) [m, rad] base, or None."""
         last = self._newest("plan")
         if last is None or (now - last.stamp).to_sec() > self._p.path_timeout:
             return None
         try:
-            return to_path(
-                last.content, self._between(self._p.base_frame, latest, last.frame, last.stamp)
-            )
+            T_base_path = self._between(self._p.base_frame, latest, last.frame, last.stamp)
+            return to_path(last.content, T_base_path, self._p.path_orientations)
         except tf2_ros.TransformException as error:
             self._diagnostics.count(self._topics["plan"], Outcome.NO_TF, str(error))
             return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Mapping
 
-from safe_passage.core.parameters import check_range, check_text
+from safe_passage.core.parameters import check_flag, check_range, check_text
 from safe_passage.core.reading import build, build_list
 from safe_passage.separation import SeparationParameters
 
@@ -15,8 +15,8 @@ LIVE = (  # may be changed while it runs; not the robot's shape, frames, or what
     "reaction_time", "deceleration", "acceleration", "angular_deceleration", "min_distance",
     "robot_uncertainty", "release_margin", "release_time", "rise_rate", "escape_speed",
     "escape_turn", "cautious_speed", "tolerance", "clearance", "advantage", "path_tolerance",
-    "path_angle", "tracks_timeout", "odometry_timeout", "command_timeout", "path_timeout",
-    "settle_time", "stop_repeat", "debug_rate",
+    "path_angle", "path_orientations", "tracks_timeout", "odometry_timeout", "command_timeout",
+    "path_timeout", "settle_time", "stop_repeat", "debug_rate",
 )  # fmt: skip
 
 
@@ -40,6 +40,7 @@ class SeparationNodeParameters(SeparationParameters):
     base_frame: str = "base_footprint"  # of the robot, on the floor
     arm_frames: tuple[ArmFrame, ...] = ()  # from the shoulder to the hand; none: no arm
     optional_sensors: tuple[str, ...] = ()  # of the tracks, that may be silent; all others stop it
+    path_orientations: bool = False  # the path's poses have the robot's heading, as TEB's do
     control_rate: float = 20.0  # [Hz] of cycles at least; tracks and commands make more of them
     stop_repeat: float = 1.0  # [s] of commanding 0 once commands have ceased; then silence
     input_timeout: float = 1.0  # [s] silence reported in /diagnostics
@@ -49,6 +50,7 @@ class SeparationNodeParameters(SeparationParameters):
         super().__post_init__()
         check_text("odom_frame", self.odom_frame)
         check_text("base_frame", self.base_frame)
+        check_flag("path_orientations", self.path_orientations)
         check_range("control_rate", self.control_rate, 1.0, 1000.0, "Hz")
         check_range("stop_repeat", self.stop_repeat, 0.0, 3600.0, "s")
         check_range("input_timeout", self.input_timeout, 0.01, 60.0, "s")

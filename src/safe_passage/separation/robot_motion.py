@@ -98,8 +98,8 @@ def plan_motion(
     way = _way_ahead(path, p) if path is not None and speed >= STILL else None
     if way is None or not _follows(command, way, p):
         return Motion(u, _arc(command, u), False, speed, turn)
-    backwards = way.shape[1] == 2 and command[0] < 0.0
-    return Motion(u, _along(way, speed * u, backwards), True, speed, turn)
+    facing = -math.atan2(command[1], command[0])
+    return Motion(u, _along(way, speed * u, facing), True, speed, turn)
 
 
 def _arc(command: Velocity, u: np.ndarray) -> np.ndarray:
@@ -145,8 +145,11 @@ def _follows(command: Velocity, way: np.ndarray, p: SeparationParameters) -> boo
     return abs(math.remainder(off, 2.0 * math.pi)) <= p.path_angle
 
 
-def _along(way: np.ndarray, covered: np.ndarray, backwards: bool) -> np.ndarray:
-    """(K, 3) poses after `covered` (K,) [m] of the way; the robot stays at its end."""
+def _along(way: np.ndarray, covered: np.ndarray, facing: float) -> np.ndarray:
+    """(K, 3) poses after `covered` (K,) [m] of the way; the robot stays at its end.
+
+    facing: [rad] its heading in the way's direction, unless the way has headings of its own.
+    """
     steps = np.diff(way[:, :2], axis=0)
     lengths = np.hypot(steps[:, 0], steps[:, 1])
     at = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -154,7 +157,7 @@ def _along(way: np.ndarray, covered: np.ndarray, backwards: bool) -> np.ndarray:
     if way.shape[1] == 3:
         yaw = np.interp(covered, at, np.unwrap(way[:, 2]))
         return np.stack([x, y, yaw], axis=1)
-    heading = np.arctan2(steps[:, 1], steps[:, 0]) + (math.pi if backwards else 0.0)
+    heading = np.arctan2(steps[:, 1], steps[:, 0]) + facing
     middle = 0.5 * (at[:-1] + at[1:])
     first = math.remainder(heading[0], 2.0 * math.pi)
     turned = np.unwrap(np.concatenate([[0.0, first], heading[1:]]))

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Point, Pose, PoseStamped, Twist, Vector3
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Twist, Vector3
 from nav_msgs.msg import Odometry, Path
 from safe_passage.msg import SeparationState, TrackedObstacle, TrackedObstacleArray
 from safe_passage.ros.diagnostics import Outcome
@@ -93,11 +93,33 @@ def test_what_no_robot_drives_is_no_velocity(part):
     assert all(map(math.isnan, planar(Twist(linear=Vector3(0.0, part, 0.0)))))
 
 
+def path_of(*poses):
+    """Of (x [m], yaw [rad])."""
+    turned = [Quaternion(0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)) for _, yaw in poses]
+    placed = [Pose(Point(x, 0.0, 5.0), q) for (x, _), q in zip(poses, turned)]
+    return Path(poses=[PoseStamped(pose=pose) for pose in placed])
+
+
 def test_a_path_is_placed_by_its_frame():
-    poses = [PoseStamped(pose=Pose(position=Point(x, 0.0, 5.0))) for x in (0.0, 1.0)]
-    found = to_path(Path(poses=poses), (1.0, 2.0, math.pi / 2))
+    path = path_of((0.0, 0.5), (1.0, -0.5))
+    found = to_path(path, (1.0, 2.0, math.pi / 2), False)
     assert found == pytest.approx(np.array([[1.0, 2.0], [1.0, 3.0]]))
-    assert to_path(Path(), (0.0, 0.0, 0.0)).shape == (0, 2)
+    assert to_path(Path(), (0.0, 0.0, 0.0), False).shape == (0, 2)
+
+
+def test_its_orientations_are_headings_where_the_planner_means_them_so():
+    path = path_of((0.0, 0.5), (1.0, -0.5))
+    found = to_path(path, (1.0, 2.0, math.pi / 2), True)
+    right = math.pi / 2
+    assert found == pytest.approx(np.array([[1.0, 2.0, right + 0.5], [1.0, 3.0, right - 0.5]]))
+    assert to_path(Path(), (0.0, 0.0, 0.0), True).shape == (0, 3)
+
+
+@pytest.mark.parametrize("q", [Quaternion(), Quaternion(0.0, 0.0, math.nan, 1.0)])
+def test_a_path_without_orientations_is_one_of_places(q):
+    path = path_of((0.0, 0.0), (1.0, 0.0))
+    path.poses[1].pose.orientation = q
+    assert to_path(path, (0.0, 0.0, 0.0), True).shape == (2, 2)
 
 
 def test_twists_there_and_back():

@@ -49,6 +49,16 @@ def test_a_path_with_yaw_keeps_it_and_one_behind_is_driven_backwards():
     assert found.on_path and np.cos(found.poses[:, 2]) == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("aside", [1.0, -1.0])
+def test_who_drives_sideways_along_a_path_goes_on_sideways(aside):
+    angle = np.linspace(0.0, math.pi / 2, 20)
+    curve = np.stack([np.cos(angle) - 1.0, aside * np.sin(angle)], axis=1)
+    motion = plan_motion((0.0, aside, 0.0), curve, 3.0, P)
+    assert motion.on_path
+    assert motion.poses[0, 2] == pytest.approx(0.0, abs=0.05)
+    assert motion.poses[-1, 2] == pytest.approx(aside * math.pi / 2, abs=0.05)
+
+
 @pytest.mark.parametrize(
     "command, path",
     [
