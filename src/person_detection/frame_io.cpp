@@ -9,13 +9,13 @@
 #include <limits>
 #include <stdexcept>
 
-#include "safe_passage/core/cloud_header.h"
+#include "safe_passage/core/pcd_file.h"
 
 namespace safe_passage::person_detection {
 
 namespace {
 
-// Read first: PCL 1.13 crashes on a file without a header and on one without the fields it wants.
+// PCL 1.13 crashes on a file without the fields it wants.
 bool has_fields(const pcl::PCLPointCloud2& cloud) {
   const auto has = [&cloud](const char* name) {
     return std::any_of(cloud.fields.begin(), cloud.fields.end(),
@@ -27,7 +27,7 @@ bool has_fields(const pcl::PCLPointCloud2& cloud) {
 }  // namespace
 
 RgbdFrame load_pcd(const std::string& path) {
-  refuse_lying_header(path);
+  refuse_unsound_pcd(path);
   pcl::PCDReader reader;
   pcl::PCLPointCloud2 header;
   pcl::PointCloud<pcl::PointXYZRGB> cloud;

@@ -12,7 +12,8 @@
 #include <new>
 #include <stdexcept>
 
-#include "safe_passage/core/cloud_header.h"
+#include "safe_passage/core/pcd_file.h"
+#include "safe_passage/core/ply_header.h"
 
 namespace safe_passage::scan_segmentation {
 namespace {
@@ -47,6 +48,12 @@ double value(const pcl::PCLPointField& field, const std::uint8_t* point) {
       return as<std::int32_t>(at);
     case pcl::PCLPointField::UINT32:
       return as<std::uint32_t>(at);
+    case pcl::PCLPointField::INT64:
+      return as<std::int64_t>(at);
+    case pcl::PCLPointField::UINT64:
+      return as<std::uint64_t>(at);
+    case pcl::PCLPointField::BOOL:
+      return *at != 0;
     case pcl::PCLPointField::FLOAT32:
       return as<float>(at);
     case pcl::PCLPointField::FLOAT64:
@@ -70,7 +77,6 @@ template <typename Reader>
 void read(Reader reader, const std::string& path, pcl::PCLPointCloud2* cloud,
           Eigen::Vector4f* origin) try {
   Eigen::Quaternionf orientation;
-  refuse_lying_header(path);
   int version = 0, type = 0;
   unsigned int index = 0;
   if (reader.readHeader(path, *cloud, *origin, orientation, version, type, index) < 0)
@@ -92,8 +98,10 @@ CloudFile read_cloud(const std::string& path) {
   pcl::PCLPointCloud2 cloud;
   Eigen::Vector4f origin = Eigen::Vector4f::Zero();
   if (std::filesystem::path(path).extension() == ".ply") {
+    refuse_lying_ply(path);
     read(pcl::PLYReader(), path, &cloud, &origin);
   } else {
+    refuse_unsound_pcd(path);
     read(pcl::PCDReader(), path, &cloud, &origin);
   }
   const auto *x = find(cloud, {"x"}), *y = find(cloud, {"y"}), *z = find(cloud, {"z"});

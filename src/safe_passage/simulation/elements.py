@@ -12,6 +12,8 @@ from safe_passage.core.geometry import Pose, rotation
 from safe_passage.core.parameters import check_choice, check_range
 from safe_passage.simulation.blocks import MATERIALS, Hall, Placed
 
+LONGEST_WALL = 1000.0  # [m] between two of its points, as the largest hall
+
 
 @dataclass(frozen=True)
 class RackElement(Placed):
@@ -124,9 +126,10 @@ class WallElement:
         check_range("z", self.z, 0.0, 100.0, "m")
         check_range("height", self.height, 0.01, 100.0, "m")
         apart = [math.dist(a, b) for a, b in zip(self.points, self.points[1:])]
-        if not apart or min(apart) < self.thickness:
+        if not apart or min(apart) < self.thickness or not max(apart) <= LONGEST_WALL:
             raise ParameterError(
-                "points: two or more [x, y] in m, farther apart than the thickness"
+                "points: two or more [x, y] in m, farther apart than the thickness, "
+                f"no farther than {LONGEST_WALL:g} m"
             )
 
     def build(self, hall: Hall) -> None:

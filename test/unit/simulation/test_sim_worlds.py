@@ -121,6 +121,10 @@ WRONG = [
     ({"boxes": {"x": 0}}, r"boxes is .*, must be a list"),
     ({"walls": [{"points": [[0, 0]]}]}, r"walls\[0\]/points: two or more"),
     ({"walls": [{"points": [[0, 0], [0, 0]]}]}, r"walls\[0\]/points: two or more"),
+    (
+        {"walls": [{"points": [[0, 0], [0, 1.6e10]]}]},
+        r"walls\[0\]/points: .* no farther than 1000 m",
+    ),
     ({"walls": [{"points": [[0, 0], [0]]}]}, r"walls\[0\]/points\[1\] is \[0\], must hold 2"),
     ({"benches": [{"x": 0, "y": 0, "length": 0}]}, r"benches\[0\]/length is 0.0"),
     ({"people": [{"waypoints": [["a", 0]]}]}, r"people\[0\]/waypoints\[0\]\[0\] is 'a'"),
