@@ -21,6 +21,7 @@ from rosgraph_msgs.msg import Clock, Log
 NODE_TESTS = Path(__file__).resolve().parent.parent / "test" / "node"
 sys.path.append(str(NODE_TESTS))  # their worlds are ours
 ADDRESSES = 8 * 2**30  # [byte] that a node may reserve
+PERIOD = 0.1  # [s] of /diagnostics
 ROBOT = "robot1"  # namespace of the node under test
 from node_testing import Diagnostics  # noqa: E402
 
@@ -117,7 +118,8 @@ class NodeProcess:
         roslaunch.xmlloader.XmlLoader().load(path, config, argv=list(arguments), verbose=False)
         for key, parameter in config.params.items():
             rospy.set_param(key, parameter.value)
-        for key, value in parameters.items():
+        # what it tells shall come soon after it is known
+        for key, value in {"diagnostic_period": PERIOD, **parameters}.items():
             rospy.set_param(f"/{ROBOT}/{name}/{key}", value)
         node = next(node for node in config.nodes if node.name == name)
         program, *_ = roslib.packages.find_node("safe_passage", node.type)

@@ -37,8 +37,10 @@ class NodeDiagnostics {
     updater_.setHardwareID("none");
     updater_.add("inputs", this, &NodeDiagnostics::report_inputs);
     // By force: update() obeys ROS time, and a paused or rewound clock must not silence it.
+    const double period = ros::param::param("~diagnostic_period", 1.0);
     timer_ = ros::NodeHandle().createWallTimer(
-        ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { updater_.force_update(); });
+        ros::WallDuration(std::clamp(period, 0.05, 60.0)),
+        [this](const ros::WallTimerEvent&) { updater_.force_update(); });
   }
 
   void expect(const std::string& input) {

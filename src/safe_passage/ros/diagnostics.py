@@ -8,6 +8,7 @@ import time
 from collections import Counter, defaultdict
 
 import diagnostic_updater
+import numpy as np
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
 
@@ -105,7 +106,8 @@ class NodeDiagnostics:
     def _run(self) -> None:
         stop = threading.Event()
         rospy.on_shutdown(stop.set)
-        while not stop.wait(1.0):
+        period = float(np.clip(rospy.get_param("~diagnostic_period", 1.0), 0.05, 60.0))
+        while not stop.wait(period):
             self._updater.force_update()
 
     def _report(
