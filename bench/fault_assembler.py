@@ -24,8 +24,8 @@ class ScanAssemblerSubject(Subject):
     launch = "scan_segmentation.launch"
     arguments = ("joint:=platform",)
     frames = frozenset({"scanner"})
-    tick, pause = PERIOD, 0.015
-    recovery, judged = 5.0, 4.0  # a sweep takes 1.6 s
+    tick, pause = PERIOD, 0.005
+    recovery, judged = 5.0, 2.2  # a sweep takes 1.6 s
 
     def __init__(self) -> None:
         self.outputs = {CLOUD: PointCloud2}

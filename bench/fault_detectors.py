@@ -31,7 +31,7 @@ class PersonDetectorSubject(Subject):
     name = "person_detector"
     launch = "person_detector.launch"
     frames = frozenset({CAMERA})
-    tick, pause = 0.1, 0.1
+    tick, pause = 0.1, 0.03
     without_number = UNKNOWN
 
     def __init__(self) -> None:
@@ -86,7 +86,7 @@ class DepthDetectorSubject(PersonDetectorSubject):
 
     name, node = "person_detector_depth", "person_detector"
     arguments = ("input:=depth",)
-    pause = 0.05
+    pause = 0.02
 
     def __init__(self) -> None:
         super().__init__()
@@ -120,7 +120,7 @@ class LegDetectorSubject(Subject):
     name = "leg_detector"
     launch = "leg_detector.launch"
     frames = frozenset({"robot1/laser", NOWHERE})
-    tick, pause = 0.1, 0.06
+    tick, pause = 0.1, 0.02
     without_number = UNKNOWN
 
     def __init__(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bench.fault_assembler import ScanAssemblerSubject, TfAssemblerSubject
+from bench.fault_calibrator import CameraCalibratorSubject
 from bench.fault_costmap import LocalCostmapSubject
 from bench.fault_detectors import DepthDetectorSubject, LegDetectorSubject, PersonDetectorSubject
 from bench.fault_merger import SafetyAreaMergerSubject
@@ -27,5 +28,6 @@ SUBJECTS: dict[str, type[Subject]] = {
         SegmentationServerSubject,
         SegmentationGoalSubject,
         LegDetectorSubject,
+        CameraCalibratorSubject,
     )
 }

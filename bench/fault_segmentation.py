@@ -45,7 +45,7 @@ class SegmentationServerSubject(Subject):
     launch = "scan_segmentation.launch"
     frames = frozenset({FRAME, LEVEL, ""})  # an answer has none
     parameters = {"server/max_age": MAX_AGE}  # noqa: RUF012
-    tick, pause, work = 0.5, 0.1, 5.0
+    tick, pause, work = 0.5, 0.03, 5.0
     recovery, judged = 3.0, 1.5
     own_cloud = False  # of the goals
 
@@ -83,7 +83,8 @@ class SegmentationServerSubject(Subject):
         silent = Stated(no_answer, told=False)
         keep = {"silent": silent}
         faults = {"silent", "slow", "duplicated"}
-        without = tuple(set(faults_of(goal.make(rospy.Time(1)))) - faults)
+        others = set(faults_of(goal.make(rospy.Time(1)))) - faults
+        without = dict.fromkeys(others, "a goal without a cloud has nothing that is read")
         goal = copy_of(goal, stated=keep, without=without)
         return cloud, goal
 

@@ -50,7 +50,8 @@ class Input:
     special: dict[str, Transform] = field(
         default_factory=dict
     )  # faults made otherwise than others'
-    without: tuple[str, ...] = ()  # faults that its messages could have but that mean nothing
+    # faults that its messages could have but that mean nothing, and why
+    without: dict[str, str] = field(default_factory=dict)
 
 
 class Subject:

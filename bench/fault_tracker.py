@@ -53,7 +53,7 @@ class ObstacleTrackerSubject(Subject):
         f"config:={NODE_TESTS}/obstacle_tracker.yaml",
     )
     frames = frozenset({BASE, ODOM})
-    tick, pause = TICK, 0.04
+    tick, pause = TICK, 0.01
     without_number = frozenset({"person_probability", "min_height", "max_height"}) | {
         "velocity", "height", "box_pose", "box_size", "confidence",  # of persons, where unknown
     }  # fmt: skip

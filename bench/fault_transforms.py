@@ -154,28 +154,45 @@ OF_TF: dict[str, Transform] = {
     },
 }
 
+NOT_OF_TF = {
+    "silent": "it is the tf gap",
+    "empty": "it is the tf gap",
+    "NaN": "it is tf wrong",
+    "truncated": "no array whose length another field tells",
+    "huge": "a finite transform is believed: nothing tells a far one from a wrong one",
+}
+
 
 def faults_of(message: Any) -> dict[str, Transform]:
-    """Those that a healthy message of an input can have, by name; the others have no meaning."""
+    """Those that a healthy message of an input can have, by name."""
     if isinstance(message, TFMessage):
         return dict(OF_TF)
-    can = dict(OF_MESSAGES)
+    without = impossible(message)
+    return {name: fault for name, fault in OF_MESSAGES.items() if name not in without}
+
+
+def impossible(message: Any) -> dict[str, str]:
+    """Faults that such a message cannot have, and why."""
+    if isinstance(message, TFMessage):
+        return dict(NOT_OF_TF)
     floats = _has_floats(message) or isinstance(message, (PointCloud2, Image))
     arrays = any(kind.endswith("[]") for _, kind in _slots(message))
     stamped = any(True for _ in _headers(message))
     has_shorter = any(_is_array(message, n) for n in ("data", "ranges", "position", "alive"))
-    for name, applies in (
-        ("NaN", floats),
-        ("empty", arrays),
-        ("truncated", has_shorter),
-        ("wrong frame", stamped and bool(next(_headers(message)).frame_id)),
-        ("stale", stamped),
-        ("future", stamped),
-        ("out of order", stamped),
-    ):
-        if not applies:
-            del can[name]
-    return can
+    framed = stamped and bool(next(_headers(message)).frame_id)
+    return {
+        name: why
+        for name, can, why in (
+            ("NaN", floats, "no floating-point number in it"),
+            ("empty", arrays, "no array in it"),
+            ("truncated", has_shorter, "no array whose length another field tells"),
+            ("wrong frame", framed, "no frame in it"),
+            ("stale", stamped, "no stamp in it"),
+            ("future", stamped, "no stamp in it"),
+            ("out of order", stamped, "no stamp in it"),
+        )
+        if not can
+    }
 
 
 def shifted(message: Any, seconds: float) -> Any:

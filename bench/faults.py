@@ -25,6 +25,7 @@ NODES = [  # the most important first
     "scan_segmentation_server",
     "scan_segmentation_goal",
     "leg_detector",
+    "camera_calibrator",
 ]
 QUICK = NODES[:2]
 

@@ -30,6 +30,7 @@ RATE = 0.04  # s of wall time between them
 HOLD = 24  # images of a pose
 IMAGES = 6  # of a pose that differ
 OPTICAL = "camera_depth_optical_frame"
+CAMERA = CameraModel(width=480, height=360, focal=394.0, range_min=0.4)
 IIWA = "pybullet_data/kuka_iiwa/model.urdf"
 IIWA_POSES = [
     (0.3, 0.6, 0.2, -1.2, 0.1, 0.8, 0.0),
@@ -40,26 +41,61 @@ IIWA_POSES = [
 ]
 
 
-class ArmWorld:
-    """The arm goes through its poses for as long as `run` runs; the world is the clock, or not."""
+class SeenArm:
+    """An arm in its poses before a camera; its messages of any time, published by nobody."""
 
-    def __init__(self, model, poses, T_root_camera, T_guess, prefix, clock=True):
+    def __init__(self, model, poses, T_root_camera, T_guess, prefix, camera=CAMERA):
         """T_guess: where tf has the camera, which is at T_root_camera."""
-        self.without = set()  # names of what is not published
-        self.begin = 1000.0  # s of the clock's first tick
         self.model, self.T_root_camera = model, T_root_camera
         self.root, self.frame = prefix + model.root, prefix + OPTICAL
-        self._prefix, self._T_guess, self._clock = prefix, T_guess, clock
-        camera = CameraModel(width=480, height=360, focal=394.0, range_min=0.4)
+        self._prefix, self._T_guess = prefix, T_guess
         stand = box(np.array([0.9, 0.6, -FLOOR])).moved(at(0.2, 0.0, 0.5 * FLOOR))
         scene = ArmScene(model, camera, [*room(), stand])
         self._camera = camera
-        self._poses = [dict(zip(model.movable, pose)) for pose in poses]
+        self.poses = [dict(zip(model.movable, pose)) for pose in poses]
         self._images = []
-        for i, pose in enumerate(self._poses):
+        for i, pose in enumerate(self.poses):
             exact, _ = scene.exact(np.linalg.inv(T_root_camera), pose)
             draws = [np.random.default_rng((i, j)) for j in range(IMAGES)]
             self._images.append([measured_depth(exact, camera, draw) for draw in draws])
+
+    def joints(self, number, stamp):
+        """JointState of the pose of that number; so the others."""
+        pose = self.poses[number]
+        return JointState(header=self._header(stamp), name=list(pose), position=list(pose.values()))
+
+    def info(self, stamp):
+        size = self._camera.height, self._camera.width
+        return to_camera_info(self._header(stamp), size, self._camera.intrinsics)
+
+    def image(self, number, tick, stamp):
+        return to_depth_image(self._header(stamp), self._images[number][tick % IMAGES])
+
+    def transforms(self, number, stamp):
+        header = Header(frame_id=self.root, stamp=stamp)
+        T = self._T_guess
+        return [
+            to_transform(header, self.frame, T[:3, 3], T[:3, :3]),
+            *(
+                to_transform(header, self._prefix + link, T[:3, 3], T[:3, :3])
+                for link, T in self.model.poses(self.poses[number]).items()
+                if link != self.model.root
+            ),
+        ]
+
+    def _header(self, stamp):
+        return Header(frame_id=self.frame, stamp=stamp)
+
+
+class ArmWorld(SeenArm):
+    """The arm goes through its poses for as long as `run` runs; the world is the clock, or not."""
+
+    def __init__(self, *args, clock=True):
+        """As SeenArm."""
+        super().__init__(*args)
+        self.without = set()  # names of what is not published
+        self.begin = 1000.0  # s of the clock's first tick
+        self._clock = clock
         self._ticks, self._stop = 0, threading.Event()
         self._clock_pub = rospy.Publisher("/clock", Clock, queue_size=10) if clock else None
         self._tf_pub = rospy.Publisher("/tf", TFMessage, queue_size=10)
@@ -83,33 +119,15 @@ class ArmWorld:
             self._clock_pub.publish(stamp)
         else:
             stamp = rospy.Time.now()
-        number = self._ticks // HOLD % len(self._poses)
-        pose = self._poses[number]
-        header = Header(frame_id=self.frame, stamp=stamp)
+        number = self._ticks // HOLD % len(self.poses)
         if "tf" not in self.without:
-            self._tf_pub.publish(self._transforms(pose, stamp))
+            self._tf_pub.publish(self.transforms(number, stamp))
         if "joints" not in self.without:
-            self._joints_pub.publish(
-                JointState(header=header, name=list(pose), position=list(pose.values()))
-            )
+            self._joints_pub.publish(self.joints(number, stamp))
         if "info" not in self.without:
-            size = self._camera.height, self._camera.width
-            self._info_pub.publish(to_camera_info(header, size, self._camera.intrinsics))
+            self._info_pub.publish(self.info(stamp))
         if "image" not in self.without:
-            image = self._images[number][self._ticks % IMAGES]
-            self._image_pub.publish(to_depth_image(header, image))
-
-    def _transforms(self, pose, stamp):
-        header = Header(frame_id=self.root, stamp=stamp)
-        T = self._T_guess
-        return [
-            to_transform(header, self.frame, T[:3, 3], T[:3, :3]),
-            *(
-                to_transform(header, self._prefix + link, T[:3, 3], T[:3, :3])
-                for link, T in self.model.poses(pose).items()
-                if link != self.model.root
-            ),
-        ]
+            self._image_pub.publish(self.image(number, self._ticks, stamp))
 
 
 def box_arm(T_tf_error=(0.08, 8.0)):

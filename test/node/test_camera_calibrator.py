@@ -219,6 +219,8 @@ class CameraCalibratorTest(unittest.TestCase):
         for i, (name, value) in enumerate((("poses", "0"), ("method", "NDT"), ("arm", "1"))):
             output = output_of_refusal("camera_calibrator", f"_{name}:={value}", f"__name:=no_{i}")
             self.assertIn(f"parameter /robot1/no_{i}/{name}", output)
+        output = output_of_refusal("camera_calibrator", "_diagnostic_period:=0", "__name:=no")
+        self.assertIn("diagnostic_period is 0", output)
 
 
 def pose(x, y, z, turn):

@@ -111,6 +111,7 @@ class CameraCalibratorNode:
         with self._state:
             first, self._seen = self._seen, seen
             if self._collector is None or not seen.now:
+                self._state.notify_all()  # a goal may wait for its inputs
                 return
             if first and (first.camera, first.frame) != (seen.camera, seen.frame):
                 self._jumped = True  # another camera: what was collected is of no use

@@ -8,9 +8,10 @@ import time
 from collections import Counter, defaultdict
 
 import diagnostic_updater
-import numpy as np
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
+
+from safe_passage.core.parameters import check_range
 
 
 class Outcome(enum.Enum):
@@ -54,6 +55,8 @@ class NodeDiagnostics:
         self._updater = diagnostic_updater.Updater()
         self._updater.setHardwareID("none")
         self._updater.add("inputs", self._report)
+        self._period = rospy.get_param("~diagnostic_period", 1.0)
+        check_range("diagnostic_period", self._period, 0.05, 60.0, "s")
         # Wall time: a paused simulation must not silence the diagnostics.
         thread = threading.Thread(target=self._run, name="diagnostics", daemon=True)
         thread.start()
@@ -106,8 +109,7 @@ class NodeDiagnostics:
     def _run(self) -> None:
         stop = threading.Event()
         rospy.on_shutdown(stop.set)
-        period = float(np.clip(rospy.get_param("~diagnostic_period", 1.0), 0.05, 60.0))
-        while not stop.wait(period):
+        while not stop.wait(self._period):
             self._updater.force_update()
 
     def _report(
