@@ -10,7 +10,7 @@ fuzz_build() {
     pcd_scan | ply_scan) sources+=("$root/src/scan_segmentation/cloud_file.cpp") ;;
     pcd_frame) sources+=("$root/src/person_detection/frame_io.cpp") packages+=(opencv4) ;;
     cloud_message) sources+=("$root/src/ros/person_conversions.cpp" "$root/src/person_detection/ground_plane.cpp") packages+=(opencv4 roscpp) ;;
-    scan_message) sources+=("$root/src/safety_area/scan_merger.cpp") packages+=(roscpp) ;;
+    scan_message) sources+=("$root/src/safety_area/scan_merger.cpp" "$root/src/separation/shape_distance.cpp") packages+=(roscpp) ;;
   esac
   local flags libraries
   read -ra flags <<<"$(pkg-config --cflags "${packages[@]}")"
@@ -37,8 +37,8 @@ fuzz() {
       -print_final_stats=1 -artifact_prefix="$fuzz_folder/found/$target-" \
       "$fuzz_folder/corpus/$target" >"$fuzz_folder/$target.log" 2>&1 || failed=1
     grep -E 'ERROR:|SUMMARY|runtime error|Test unit written|what\(\)' "$fuzz_folder/$target.log" || true
-    grep -E 'cov: ' "$fuzz_folder/$target.log" | tail -1
-    grep -E 'number_of_executed_units|peak_rss' "$fuzz_folder/$target.log"
+    grep -E 'cov: ' "$fuzz_folder/$target.log" | tail -1 || true
+    grep -E 'number_of_executed_units|peak_rss' "$fuzz_folder/$target.log" || true
   done
   return "$failed"
 }

@@ -132,7 +132,8 @@ std::string fault_of(const sensor_msgs::Image& depth, const sensor_msgs::Image& 
 
 RgbdFrame to_frame(const sensor_msgs::PointCloud2& cloud) {
   RgbdFrame frame;
-  const int rows = static_cast<int>(cloud.height), columns = static_cast<int>(cloud.width);
+  const int columns = static_cast<int>(cloud.width);
+  const int rows = columns > 0 ? static_cast<int>(cloud.height) : 0;  // else they cost no data
   frame.xyz.create(rows, columns, CV_32FC3);
   frame.bgr.create(rows, columns, CV_8UC3);
   const auto x = find_field(cloud, "x")->offset, y = find_field(cloud, "y")->offset,

@@ -31,7 +31,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   cloud.data = from.ConsumeRemainingBytes<std::uint8_t>();
   if (!detection::fault_of(cloud).empty()) return 0;
   const auto frame = detection::to_frame(cloud);
-  if (frame.xyz.rows != static_cast<int>(cloud.height)) std::abort();
+  if (frame.xyz.rows != static_cast<int>(cloud.width > 0 ? cloud.height : 0)) std::abort();
   if (frame.xyz.cols != static_cast<int>(cloud.width)) std::abort();
   return 0;
 }

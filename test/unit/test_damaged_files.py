@@ -150,6 +150,16 @@ def test_compressed_points_that_are_not_the_headers_are_refused(tmp_path, fields
         read_cloud(str(file))
 
 
+@pytest.mark.parametrize("count", ["-3", "18446744073709551613", "many", ""])
+def test_ply_files_that_count_no_points_are_refused(tmp_path, count):
+    """PCL takes -3 as 2^32 - 3, and reserves as much. Found by tools/test --fuzz."""
+    head = "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
+    text = head.format(count) + "property float z\nend_header\n1 1 2\n"
+    (tmp_path / "scan.ply").write_text(text)
+    with pytest.raises(RuntimeError, match="scan.ply: its header"):
+        read_cloud(str(tmp_path / "scan.ply"))
+
+
 @FEW
 @given(data=st.data())
 def test_parameters_of_the_tracker(tmp_path, data):

@@ -1,7 +1,6 @@
 // Headers of PLY files that lie: PCL reserves what a header tells of before it reads a point.
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -13,7 +12,7 @@
 namespace safe_passage {
 
 // Throws std::runtime_error, naming the file, where its header tells of more points than a file of
-// its size can hold.
+// its size can hold, or of a number of them that is none.
 inline void refuse_lying_ply(const std::string& path) {
   constexpr int kMostLines = 200;             // of a header
   constexpr std::size_t kLongestLine = 4096;  // what is longer is no header
@@ -27,7 +26,11 @@ inline void refuse_lying_ply(const std::string& path) {
     std::string key;
     line >> key;
     double number = 0.0;
-    if (key == "element" && line >> key && line >> number) elements += std::abs(number);
+    if (key == "element") {
+      if (!(line >> key >> number) || number < 0.0)  // PCL takes -3 as 2^32 - 3
+        throw std::runtime_error(path + ": its header has an element without a number");
+      elements += number;
+    }
     if (key == "end_header") break;
   }
   std::error_code unknown;  // no element is smaller than a byte
