@@ -76,7 +76,7 @@ def run_scenario(
         detect_every: cycles, of which there are ten a second, the camera is looked at.
     """
     simulator = Simulator(world, robot, seed, scenario.people, scenario.start)
-    chain = HumanSafetyChain(method, costmap, hold_time)
+    chain = HumanSafetyChain(method, costmap, hold_time, robot.footprint)
     driver = Navigator(navigator, simulator.map)
     driver.set_goal(scenario.goal)
     lidar, camera = robot.lidars[0], robot.cameras[0]

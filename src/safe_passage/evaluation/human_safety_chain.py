@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 
 import safe_passage._person_detection as detection
 import safe_passage._safety_area as safety
-from safe_passage.core.geometry import Pose, compose
+from safe_passage.core.geometry import Pose, compose, inverse, placed
 from safe_passage.core.grid import GridMap
 from safe_passage.costmap import (
     LocalCostmap,
@@ -21,6 +21,7 @@ from safe_passage.human_safety.models import default_folder
 from safe_passage.simulation.robots import CameraModel, LidarModel
 
 RADIUS = 1.35  # [m] 1.2, and what the person's place and the costmap's cells may be off by
+CLEARANCE = 0.05  # [m] as in the robots' files
 
 
 def make_detector(method: str) -> detection.PersonDetector:
@@ -38,6 +39,7 @@ class HumanSafetyChain:
         method: hog or yolo; none: no person is ever seen, as if there were no safety area.
         costmap: contents of config/local_costmap.yaml.
         hold_time: [s] that a person is remembered.
+        footprint: of the robot, [m] base; areas end CLEARANCE before it.
         laser_hold_time: [s] that the laser may keep a person whom the camera no longer sees.
     """
 
@@ -46,6 +48,7 @@ class HumanSafetyChain:
         method: str,
         costmap: Mapping[str, Any],
         hold_time: float,
+        footprint: Sequence[tuple[float, float]],
         laser_hold_time: float = 120.0,
     ) -> None:
         self._detector = None if method == "none" else make_detector(method)
@@ -57,6 +60,10 @@ class HumanSafetyChain:
         area.radius = RADIUS
         parameters.area = area
         parameters.memory = memory
+        merge = safety.MergeParameters()
+        merge.clearance = CLEARANCE
+        parameters.merge = merge
+        self._footprint = np.array(footprint, float).reshape(-1, 2)
         self._merger = safety.Pipeline(parameters)
         self.remembered = np.empty((0, 2))  # [m] persons with an area in the last scan, frame odom
         self.costmap = LocalCostmap(load_costmap_parameters(costmap).parameters)
@@ -92,7 +99,8 @@ class HumanSafetyChain:
         c, s = np.cos(yaw), np.sin(yaw)
         T_odom_laser = np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, lidar.z], [0, 0, 0, 1.0]])
         laser = safety.LaserPose(np.linalg.inv(T_odom_laser))
-        merged = self._merger.merge(scan, time, laser)
+        outline = placed(self._footprint, inverse((lidar.x, lidar.y, lidar.yaw)))
+        merged = self._merger.merge(scan, time, laser, outline)
         self.remembered = np.array([p.position[:2] for p in merged.persons]).reshape(-1, 2)
         return np.asarray(merged.scan.ranges)
 

@@ -65,7 +65,7 @@ def test_areas_end_at_the_robots_own_outline(robot, node):
     told = found.overlays[node]
     assert told["footprint"] == [list(corner) for corner in found.robot.footprint]
     cell = default("local_costmap")["resolution"]
-    assert cell < told["clearance"] <= 3 * cell
+    assert cell <= told["clearance"] < 2 * cell
     drive = found.robot.drive
     assert told["max_robot_speed"] == drive.max_speed
     assert told["max_robot_turn_rate"] == drive.max_turn_rate
