@@ -93,18 +93,13 @@ def to_path(message: Path, T_base_path: Pose, oriented: bool) -> np.ndarray:
 
     Planners do not agree on what orientations mean; where one is none, all are left out.
     """
-    poses = [
-        planar_pose(p.pose.position, p.pose.orientation)
-        for p in message.poses
-        if not oriented or _is_turn(p.pose.orientation)
-    ]
-    path = np.array(poses, float).reshape(-1, 3)
-    points = placed(path[:, :2], T_base_path)
-    if not oriented:
-        return points
-    if len(poses) < len(message.poses):
-        return to_path(message, T_base_path, oriented=False)
-    return np.column_stack([points, path[:, 2] + T_base_path[2]])
+    poses = [stamped.pose for stamped in message.poses]
+    if oriented and all(_is_turn(pose.orientation) for pose in poses):
+        turned = [planar_pose(pose.position, pose.orientation) for pose in poses]
+        path = np.array(turned, float).reshape(-1, 3)
+        return np.column_stack([placed(path[:, :2], T_base_path), path[:, 2] + T_base_path[2]])
+    points = [(pose.position.x, pose.position.y) for pose in poses]
+    return placed(np.array(points, float).reshape(-1, 2), T_base_path)
 
 
 def _is_turn(q: Quaternion) -> bool:

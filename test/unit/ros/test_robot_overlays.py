@@ -10,6 +10,7 @@ import yaml
 from safe_passage.core.errors import ParameterError
 from safe_passage.core.reading import build
 from safe_passage.costmap import load_costmap_parameters
+from safe_passage.evaluation.human_safety_chain import CLEARANCE
 from safe_passage.ros.depth_self_filter_node import SelfFilterNodeParameters
 from safe_passage.ros.separation_parameters import make_separation_parameters
 from safe_passage.ros.tracker_parameters import make_tracker_parameters
@@ -66,6 +67,7 @@ def test_areas_end_at_the_robots_own_outline(robot, node):
     assert told["footprint"] == [list(corner) for corner in found.robot.footprint]
     cell = default("local_costmap")["resolution"]
     assert cell <= told["clearance"] < 2 * cell
+    assert told["clearance"] == CLEARANCE  # the closed loop judges what ships
     drive = found.robot.drive
     assert told["max_robot_speed"] == drive.max_speed
     assert told["max_robot_turn_rate"] == drive.max_turn_rate
