@@ -1,4 +1,7 @@
 // Node person_detector: RGB-D in, persons out. Converts, calls the detector, publishes.
+//
+// Frames come in by a thread of their own, so that one that came before the detector had time for it
+// gives way to the newest, and is counted.
 #include <cv_bridge/cv_bridge.h>
 #include <message_filters/subscriber.h>
 #include <message_filters/sync_policies/approximate_time.h>
@@ -15,12 +18,14 @@
 #include "safe_passage/ros/detector_parameters.h"
 #include "safe_passage/ros/diagnostics.h"
 #include "safe_passage/ros/live_tuning.h"
+#include "safe_passage/ros/newest_work.h"
 #include "safe_passage/ros/person_conversions.h"
 
 namespace safe_passage::person_detection {
 
 constexpr int kLeastVoxels = 100;       // with fewer the camera is covered: it cannot say "nobody"
 constexpr double kLeastContrast = 1.0;  // [grey levels] standard deviation, see shows_something()
+constexpr int kQueue = 5;               // messages of each topic that may wait for their partners
 constexpr double kMaxSpread = 0.1;      // [s] between depth and colours: people move on
 
 // Not of one colour, as where the colour sensor fails or its lens is covered while depth goes on:
@@ -42,6 +47,7 @@ class PersonDetectorNode {
         detector_(parameters_.detector),
         diagnostics_(parameters_.input_timeout),
         tf_listener_(tf_) {
+    intake_node_.setCallbackQueue(&intake_queue_);
     persons_pub_ = node_.advertise<PersonArray>("persons", 1);
     markers_pub_ = private_node_.advertise<visualization_msgs::MarkerArray>("markers", 1);
     debug_pub_ = private_node_.advertise<sensor_msgs::Image>("debug_image", 1);
@@ -51,29 +57,32 @@ class PersonDetectorNode {
       subscribe_depth();
     diagnostics_.add_check("ground", [this](auto& status) { report_ground(status); });
     tuning_.serve();
+    intake_spinner_.start();
   }
 
  private:
-  // Between two frames: all callbacks run in one thread. Ground and camera stay.
+  // Between two frames: all callbacks but the intake's run in one thread. Ground and camera stay.
   void tune(const DetectorNodeParameters& tuned) {
     parameters_ = tuned;
     detector_.tune(tuned.detector);
   }
 
   void subscribe_cloud() {
-    cloud_sub_ = node_.subscribe("depth_registered/points", 1, &PersonDetectorNode::on_cloud, this);
+    cloud_sub_ = intake_node_.subscribe<sensor_msgs::PointCloud2>(
+        "depth_registered/points", kQueue, [this](const sensor_msgs::PointCloud2ConstPtr& cloud) {
+          work_.put([this, cloud, arrived = ros::WallTime::now()] { on_cloud(cloud, arrived); });
+        });
     info_sub_ = node_.subscribe("rgb/camera_info", 1, &PersonDetectorNode::on_info, this);
     expect(cloud_sub_.getTopic());
   }
 
   void subscribe_depth() {
-    constexpr int kQueue = 5;
-    rgb_sub_.subscribe(node_, "rgb/image_rect_color", kQueue);
-    depth_sub_.subscribe(node_, "depth_registered/image_rect", kQueue);
-    info_filter_.subscribe(node_, "rgb/camera_info", kQueue);
+    rgb_sub_.subscribe(intake_node_, "rgb/image_rect_color", kQueue);
+    depth_sub_.subscribe(intake_node_, "depth_registered/image_rect", kQueue);
+    info_filter_.subscribe(intake_node_, "rgb/camera_info", kQueue);
     sync_.setMaxIntervalDuration(ros::Duration(kMaxSpread));
     sync_.connectInput(depth_sub_, rgb_sub_, info_filter_);
-    sync_.registerCallback(&PersonDetectorNode::on_images, this);
+    sync_.registerCallback(&PersonDetectorNode::take_images, this);
     expect(depth_sub_.getTopic() + " + " + rgb_sub_.getTopic() + " + " + info_filter_.getTopic());
   }
 
@@ -91,8 +100,7 @@ class PersonDetectorNode {
     diagnostics_.count(info_sub_.getTopic(), calibrated ? Outcome::kOk : Outcome::kBadFields);
   }
 
-  void on_cloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
-    const ros::WallTime arrived = ros::WallTime::now();
+  void on_cloud(const sensor_msgs::PointCloud2ConstPtr& cloud, ros::WallTime arrived) {
     if (!in_time(cloud->header)) return;
     const std::string fault = fault_of(*cloud);
     if (!fault.empty()) return diagnostics_.count(input_, Outcome::kBadFields, fault);
@@ -107,9 +115,15 @@ class PersonDetectorNode {
     process(frame, cloud->header, arrived);
   }
 
+  void take_images(const sensor_msgs::ImageConstPtr& depth, const sensor_msgs::ImageConstPtr& rgb,
+                   const sensor_msgs::CameraInfoConstPtr& info) {
+    work_.put([this, depth, rgb, info, arrived = ros::WallTime::now()] {
+      on_images(depth, rgb, info, arrived);
+    });
+  }
+
   void on_images(const sensor_msgs::ImageConstPtr& depth, const sensor_msgs::ImageConstPtr& rgb,
-                 const sensor_msgs::CameraInfoConstPtr& info) {
-    const ros::WallTime arrived = ros::WallTime::now();
+                 const sensor_msgs::CameraInfoConstPtr& info, ros::WallTime arrived) {
     if (!in_time(depth->header)) return;
     const std::string fault = fault_of(*depth, *rgb, *info);
     if (!fault.empty()) return diagnostics_.count(input_, Outcome::kBadFields, fault);
@@ -194,7 +208,8 @@ class PersonDetectorNode {
                    kNames[static_cast<int>(ground_state_)]);
   }
 
-  ros::NodeHandle node_, private_node_;
+  ros::NodeHandle node_, private_node_, intake_node_;
+  ros::CallbackQueue intake_queue_;
   LiveTuning<DetectorNodeParameters> tuning_;
   DetectorNodeParameters parameters_;
   PersonDetector detector_;
@@ -212,7 +227,11 @@ class PersonDetectorNode {
   using Policy =
       message_filters::sync_policies::ApproximateTime<sensor_msgs::Image, sensor_msgs::Image,
                                                       sensor_msgs::CameraInfo>;
-  message_filters::Synchronizer<Policy> sync_{Policy(5)};
+  message_filters::Synchronizer<Policy> sync_{Policy(kQueue)};
+  NewestWork work_{[this] {
+    diagnostics_.count(input_, Outcome::kCrowdedOut, "a newer one came before its turn");
+  }};
+  ros::AsyncSpinner intake_spinner_{1, &intake_queue_};  // last: it ends first
 };
 
 }  // namespace safe_passage::person_detection

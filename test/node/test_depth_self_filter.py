@@ -23,6 +23,7 @@ IMAGE, INFO, JOINTS = (
     "/robot1/" + name for name in ("depth/image_rect", "depth/camera_info", "joint_states")
 )
 ERROR = 2  # diagnostics
+BURST = 20  # images at once
 SIZE = (120, 160)  # px
 WALL, ARM = 2.0, 1.0  # m
 URDF = """<robot name="bar">
@@ -57,7 +58,7 @@ class DepthSelfFilterTest(unittest.TestCase):
         cls.diagnostics = Diagnostics("robot1/depth_self_filter", cls.news)
         cls.clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
         cls.tf_pub = rospy.Publisher("/tf", TFMessage, queue_size=10)
-        cls.image_pub = rospy.Publisher("depth/image_rect", Image, queue_size=10)
+        cls.image_pub = rospy.Publisher("depth/image_rect", Image, queue_size=BURST)
         cls.info_pub = rospy.Publisher("depth/camera_info", CameraInfo, queue_size=10)
         cls.joints_pub = rospy.Publisher("joint_states", JointState, queue_size=10)
         rospy.Subscriber("depth_filtered/image_rect", Image, cls.note, cls.images)
@@ -176,6 +177,30 @@ class DepthSelfFilterTest(unittest.TestCase):
         self.assert_silent("NO_CAMERA", image=lambda h: to_depth_image(h, depth()[::2]))
         self.assert_silent("STALE", age=5.0)
         self.assert_silent("FUTURE", age=-5.0)
+
+    def test_7_of_more_images_than_it_has_time_for_the_newest_pass(self):
+        """All wait for the joint states, which come last; the others are told as dropped."""
+        self.see()
+        key = f"{IMAGE} CROWDED_OUT"
+        before, sent, newest = self.diagnostics.count(key), [], []
+
+        def burst():
+            for i in reversed(range(1, BURST)):
+                sent.append(rospy.Time.from_sec(self.now + TICK - 1e-3 * i))
+                self.image_pub.publish(
+                    to_depth_image(Header(frame_id=CAMERA, stamp=sent[-1]), depth())
+                )
+            newest.append(self.tick())
+
+        wait_until(
+            self.news,
+            lambda: self.diagnostics.count(key) > before,
+            lambda: f"{key}; {self.diagnostics}",
+            burst,
+        )
+        wait_until(self.news, lambda: newest[-1] in self.images, "the last of the last burst")
+        self.assertLess(len([stamp for stamp in sent if stamp in self.images]), len(sent))
+        self.see()
 
     def test_7_goes_on_after_the_clock_went_back(self):
         self.see()

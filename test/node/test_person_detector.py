@@ -19,6 +19,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from tf2_msgs.msg import TFMessage
 
 TICK = 0.05  # s of simulated time
+BURST = 12  # frames at once
 SCENE_TIME = 1.0  # s, when no person hides another
 POSITION_ERROR = 0.15  # m
 CAMERA, GROUND = "camera_rgb_optical_frame", "base_footprint"
@@ -42,12 +43,12 @@ class PersonDetectorTest(unittest.TestCase):
         }
         cls.clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
         cls.tf_pub = rospy.Publisher("/tf", TFMessage, queue_size=100)
-        cls.cloud_pub = rospy.Publisher(POINTS, PointCloud2, queue_size=2)
+        cls.cloud_pub = rospy.Publisher(POINTS, PointCloud2, queue_size=BURST)
         cls.cloud_info_pub = rospy.Publisher("/cloud/rgb/camera_info", CameraInfo, queue_size=2)
         topics = IMAGES.split(" + ")
         kinds = Image, Image, CameraInfo
         cls.image_pubs = [
-            rospy.Publisher(topic, kind, queue_size=10) for topic, kind in zip(topics, kinds)
+            rospy.Publisher(topic, kind, queue_size=BURST) for topic, kind in zip(topics, kinds)
         ]
         for name in cls.persons:
             rospy.Subscriber(f"/{name}/persons", PersonArray, cls.on_persons, callback_args=name)
@@ -350,6 +351,37 @@ class PersonDetectorTest(unittest.TestCase):
             lambda: f"no complaint; {diagnostics}",
             self.see_all,
         )
+
+    def assert_newest_count(self, name, input_name, send):
+        """Of more frames than it has time for the last counts, the others are told as dropped."""
+        self.see_all(name, send)
+        diagnostics, found, bursts = self.diagnostics[name], self.persons[name], []
+        key = f"{input_name} CROWDED_OUT"
+        before = diagnostics.count(key)
+
+        def burst():
+            now = self.tick()
+            ages = [rospy.Duration.from_sec(1e-3 * i) for i in reversed(range(BURST))]
+            bursts.append([now - age for age in ages])
+            for stamp in bursts[-1]:
+                send(stamp)
+
+        wait_until(
+            self.news,
+            lambda: diagnostics.count(key) > before,
+            lambda: f"{key}; {diagnostics}",
+            burst,
+        )
+        wait_until(self.news, lambda: bursts[-1][-1] in found, "the last of the last burst")
+        came = [stamp for stamps in bursts for stamp in stamps if stamp in found]
+        self.assertLess(len(came), BURST * len(bursts))
+        self.see_all(name, send)
+
+    def test_7_more_clouds_than_it_has_time_for(self):
+        self.assert_newest_count("cloud", POINTS, self.send_cloud)
+
+    def test_7_more_images_than_it_has_time_for(self):
+        self.assert_newest_count("depth", IMAGES, self.send_images)
 
     def test_8_clock_that_goes_back(self):
         self.see_all()

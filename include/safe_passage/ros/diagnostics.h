@@ -15,11 +15,22 @@
 namespace safe_passage {
 
 // What became of an incoming message. Everything but kOk is a drop (or a fall-back) with a reason.
-enum class Outcome { kOk, kStale, kFuture, kOutOfOrder, kNoTf, kEmpty, kBadFields, kNotFinite };
+enum class Outcome {
+  kOk,
+  kStale,
+  kFuture,
+  kOutOfOrder,
+  kCrowdedOut,  // newer ones came before the node had time for it
+  kNoTf,
+  kEmpty,
+  kBadFields,
+  kNotFinite
+};
 
 inline const char* to_string(Outcome outcome) {
-  static const char* const kNames[] = {"OK",    "STALE", "FUTURE",     "OUT_OF_ORDER",
-                                       "NO_TF", "EMPTY", "BAD_FIELDS", "NOT_FINITE"};
+  static const char* const kNames[] = {"OK",           "STALE",       "FUTURE",
+                                       "OUT_OF_ORDER", "CROWDED_OUT", "NO_TF",
+                                       "EMPTY",        "BAD_FIELDS",  "NOT_FINITE"};
   return kNames[static_cast<int>(outcome)];
 }
 

@@ -23,7 +23,7 @@ from safe_passage.ros.diagnostics import NodeDiagnostics, Outcome
 from safe_passage.ros.input_loop import rounds
 from safe_passage.ros.live_tuning import LiveTuning
 from safe_passage.ros.parameters import private_values
-from safe_passage.ros.sensor_input import InputLimits, NotYetError, Received, SensorInput
+from safe_passage.ros.sensor_input import NEWEST, InputLimits, NotYetError, Received, SensorInput
 from safe_passage.self_filter import SelfFilter, SelfFilterParameters
 
 LIVE = (  # may be changed while it runs; not the model or frames
@@ -95,6 +95,7 @@ class DepthSelfFilterNode:
             lambda message: (message, from_depth_image(message)),
             self._ready,
             self._news.set,
+            most=NEWEST,
         )
         self._tuning = LiveTuning(self._p, LIVE)
         rospy.loginfo(f"self-filter waits for {self._input.topic}, {self._arm.joints_topic}")

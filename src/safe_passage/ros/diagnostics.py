@@ -21,6 +21,7 @@ class Outcome(enum.Enum):
     STALE = "STALE"
     FUTURE = "FUTURE"
     OUT_OF_ORDER = "OUT_OF_ORDER"
+    CROWDED_OUT = "CROWDED_OUT"  # newer ones came before the node had time for it
     NO_TF = "NO_TF"
     NO_MODEL = "NO_MODEL"  # of the robot
     NO_JOINTS = "NO_JOINTS"  # their positions at the stamp

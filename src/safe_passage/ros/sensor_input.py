@@ -14,7 +14,8 @@ import tf2_ros
 from safe_passage.ros.diagnostics import NodeDiagnostics, Outcome
 from safe_passage.ros.sensor_conversions import UnusableMessageError
 
-QUEUE = 50  # messages that may wait for their transform, as in costmap_2d
+QUEUE = 50  # messages that may wait, as in costmap_2d
+NEWEST = 2  # images or clouds at once: tf and joint states may come less often than they
 BUFFER = 2**24  # bytes; with rospy's own 2**16 a cloud of some MB arrives late
 
 
@@ -58,6 +59,8 @@ class SensorInput:
             NotYetError while something else is missing.
         on_news: called after each message.
         expected: whether its silence is a fault.
+        most: is given out at once, the newest; with more the node is behind, and what it did with
+            the oldest would be old: they are dropped.
     """
 
     def __init__(
@@ -70,8 +73,9 @@ class SensorInput:
         place: Callable[[Received], Any],
         on_news: Callable[[], None] = lambda: None,
         expected: bool = True,
+        most: int = QUEUE,
     ) -> None:
-        self._limits, self._diagnostics = limits, diagnostics
+        self._limits, self._diagnostics, self._most = limits, diagnostics, most
         self._read, self._place, self._on_news = read, place, on_news
         self._lock = threading.Lock()
         self._waiting: deque[Received] = deque()
@@ -91,16 +95,22 @@ class SensorInput:
     def take(self, now: rospy.Time) -> list[tuple[Any, float]]:
         """What can be placed by now, oldest first, with its time of arrival [s, monotonic].
 
-        The others wait for up to transform_tolerance.
+        The others wait for up to transform_tolerance, unless newer ones are given out.
         """
         with self._lock:
             waiting, self._waiting = self._waiting, deque()
-        taken = []
-        for entry in waiting:
-            placed = self._placed(entry, now)
+        taken: deque[tuple[Any, float]] = deque()
+        later: deque[Received] = deque()
+        for entry in reversed(waiting):
+            if len(taken) == self._most:
+                self._crowd_out(f"{(now - entry.stamp).to_sec():.3f} s old")
+                continue
+            placed = self._placed(entry, now, later)
             if placed is not None:
-                taken.append((placed, entry.arrived))
-        return taken
+                taken.appendleft((placed, entry.arrived))
+        with self._lock:
+            self._waiting.extendleft(reversed(later))
+        return list(taken)
 
     def restart(self) -> None:
         """Forget what waits and what came last."""
@@ -130,7 +140,10 @@ class SensorInput:
             self._waiting.append(entry)
             crowded_out = self._waiting.popleft() if len(self._waiting) > QUEUE else None
         if crowded_out:
-            self._diagnostics.count(self.topic, Outcome.NO_TF, "too many messages wait")
+            self._crowd_out("too many messages wait")
+
+    def _crowd_out(self, detail: str) -> None:
+        self._diagnostics.count(self.topic, Outcome.CROWDED_OUT, detail)
 
     def _judge(self, frame: str, stamp: rospy.Time, now: rospy.Time) -> tuple[Outcome, str]:
         age = (now - stamp).to_sec()
@@ -144,8 +157,8 @@ class SensorInput:
             return Outcome.OUT_OF_ORDER, f"{(self._newest - stamp).to_sec():.3f} s behind the last"
         return Outcome.OK, ""
 
-    def _placed(self, entry: Received, now: rospy.Time) -> Any:
-        """What is made of the entry, or None: dropped and counted, or put back to wait."""
+    def _placed(self, entry: Received, now: rospy.Time, later: deque[Received]) -> Any:
+        """What is made of the entry, or None: dropped and counted, or put before `later`."""
         try:
             placed = self._place(entry)
         except tf2_ros.TransformException as error:
@@ -153,8 +166,7 @@ class SensorInput:
                 outcome = error.outcome if isinstance(error, NotYetError) else Outcome.NO_TF
                 self._diagnostics.count(self.topic, outcome, str(error))
             else:
-                with self._lock:
-                    self._waiting.append(entry)
+                later.appendleft(entry)
             return None
         self._diagnostics.count(self.topic, Outcome.OK)
         return placed

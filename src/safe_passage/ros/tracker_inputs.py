@@ -19,7 +19,7 @@ from safe_passage.ros.conversions import from_transform, planar_pose
 from safe_passage.ros.diagnostics import NodeDiagnostics
 from safe_passage.ros.fields_of_view import FieldOfView, of_cloud, of_scan
 from safe_passage.ros.sensor_conversions import sampled_xyz, scan_beams
-from safe_passage.ros.sensor_input import InputLimits, Received, SensorInput
+from safe_passage.ros.sensor_input import NEWEST, InputLimits, Received, SensorInput
 from safe_passage.ros.tracker_parameters import TrackerNodeParameters
 
 
@@ -108,6 +108,7 @@ class _Source:
             scan_beams if self._is_scan else self._read_cloud,
             self._measure,
             on_news,
+            most=max(source.aggregate, NEWEST),  # older ones are put together with nothing
         )
 
     def field_of_view(self) -> FieldOfView | None:
@@ -141,5 +142,6 @@ class _Source:
         else:
             points = cloud_points(content, T_base_sensor, source)
             view = CloudView.of(content, T_base_sensor)
-        self._last = received, T_base_sensor
+        if self._last is None or self._last[0].stamp < stamp:  # the newest may come first
+            self._last = received, T_base_sensor
         return stamp, Measurement(source.name, stamp.to_sec(), pose, points, view)
