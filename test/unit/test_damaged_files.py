@@ -5,14 +5,20 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import HealthCheck, given, settings
+from damage import FEW, damaged
+from hypothesis import given
 from hypothesis import strategies as st
 from safe_passage._person_detection import load_pcd
 from safe_passage._scan_segmentation import read_cloud
-from safe_passage.core.errors import SafePassageError
+from safe_passage.core.errors import InputError, SafePassageError
+from safe_passage.core.reading import read_yaml
+from safe_passage.costmap.loading import load_costmap_parameters
 from safe_passage.evaluation.tracking_runs import tracker_parameters
+from safe_passage.leg_detection import classifiers
+from safe_passage.leg_detection.segmentation import SegmentationParameters
 from safe_passage.robot_model.robot import load_robot_model
 from safe_passage.robot_model.surfaces import load_mesh
+from safe_passage.scan_segmentation.configuration import read_configuration
 from safe_passage.simulation.robot_files import load_robot_file
 from safe_passage.simulation.worlds import load_world
 
@@ -22,36 +28,34 @@ URDF = """<robot name="r"><link name="a"/><link name="b"><visual><geometry><box 
 <origin xyz="0 0 1" rpy="0 1 0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1"
 velocity="1"/></joint></robot>"""
 STL = b"\0" * 80 + struct.pack("<I", 1) + struct.pack("<12fH", *range(12), 0)
+DAE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="centimeter" meter="0.01"/></asset><library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common>
+<accessor source="#a" count="3" stride="3"><param name="X" type="float"/><param name="Y"
+type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="1">
+<input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry>
+</library_geometries><library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"/>
+</node></visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene>
+</COLLADA>"""
 PCD = (
     "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\n"
     "WIDTH 2\nHEIGHT 2\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA ascii\n"
     "1 1 2 0\n2 1 2 0\n1 2 2 0\n2 2 2 0\n"
 )
-FEW = settings(
-    deadline=None,
-    max_examples=120,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
-pieces = st.one_of(
-    st.binary(max_size=6),
-    st.sampled_from([b"-1", b"nan", b"1e999", b"[]", b"{}", b": ", b"\n- ", b"null", b"'", b"\0"]),
-    st.integers(-(10**12), 10**12).map(lambda n: str(n).encode()),
-)
-
-
-def damaged(data, content: bytes) -> bytes:
-    """With some pieces replaced by others."""
-    found = bytearray(content)
-    for _ in range(data.draw(st.integers(1, 3))):
-        at = data.draw(st.integers(0, len(found)))
-        found[at : at + data.draw(st.integers(0, 10))] = data.draw(pieces)
-    return bytes(found)
-
-
 FILES = {
     "robot.yaml": (load_robot_file, (CONFIG / "robots/summit_xl.yaml").read_bytes()),
     "world.yaml": (load_world, (CONFIG / "worlds/workshop.yaml").read_bytes()),
     "arm.urdf": (lambda file: load_robot_model(file, {}), URDF.encode()),
+    "scan_segmentation.yaml": (
+        read_configuration,
+        (CONFIG / "scan_segmentation.yaml").read_bytes(),
+    ),
+    "local_costmap.yaml": (
+        lambda file: load_costmap_parameters(read_yaml(file)),
+        (CONFIG / "local_costmap.yaml").read_bytes(),
+    ),
+    "mesh.dae": (load_mesh, DAE.encode()),
     "mesh.stl": (load_mesh, STL),
     "mesh.obj": (load_mesh, b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
 }
@@ -158,6 +162,21 @@ def test_ply_files_that_count_no_points_are_refused(tmp_path, count):
     (tmp_path / "scan.ply").write_text(text)
     with pytest.raises(RuntimeError, match="scan.ply: its header"):
         read_cloud(str(tmp_path / "scan.ply"))
+
+
+@FEW
+@given(data=st.data())
+def test_what_a_leg_model_says_of_itself(tmp_path, data):
+    """Its first line; what follows is a pickle, of which only a trusted one is read."""
+    file = tmp_path / "legs.model"
+    classifiers.save(classifiers.LegModel("adaboost", [1], SegmentationParameters()), file)
+    head, _, estimator = file.read_bytes().partition(b"\n")
+    changed = damaged(data, head).replace(b"\n", b" ")
+    file.write_bytes(changed + b"\n" + estimator)
+    try:
+        assert classifiers.load(file).estimator == [1]
+    except InputError as error:
+        assert "legs.model" in str(error)
 
 
 @FEW

@@ -79,7 +79,7 @@ def test_no_ground_is_said(folder, scene_images):
 def test_a_broken_file_of_a_folder_does_not_spoil_the_next(folder):
     (folder / "a_depth.png").write_bytes(b"not an image")
     source = FileSource(folder, seconds_per_frame=1.0)
-    with pytest.raises(InputError, match="a: needs a colour image"):
+    with pytest.raises(InputError, match="a_depth.png: not a picture"):
         source.frame(0.0)
     assert source.frame(1.0).name == "b_rgb"
     for _ in range(2):  # nor is the frame before it shown in its place

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Sequence
 
-import cv2
 import numpy as np
 
 from safe_passage.calibration.accumulation import temporal_median
 from safe_passage.calibration.pipeline import ArmView
 from safe_passage.core.depth_image import metres
-from safe_passage.core.errors import InputError
-from safe_passage.core.reading import read_yaml
+from safe_passage.core.errors import InputError, SafePassageError
+from safe_passage.core.reading import read_array, read_picture, read_yaml
 from safe_passage.robot_model import JointHistory, PinholeCamera
 from safe_passage.robot_model.joint_history import moved
 
@@ -56,7 +55,10 @@ def read_folder(folder: Path, joints: Sequence[str], least_share: float) -> ArmR
         raise InputError(f"{folder}: there is no depth_0.npy or depth_0.png in it")
     views = []
     for pose, depths in sorted(images.items()):
-        median = temporal_median(depths, least_share)
+        try:
+            median = temporal_median(depths, least_share)
+        except InputError as error:
+            raise InputError(f"{folder}: pose {pose}: {error}") from None
         views.append(ArmView(median, _positions(folder, pose, joints)))
     camera = _camera(folder)
     for view in views:
@@ -103,16 +105,7 @@ def standstills(
 
 
 def _depth(path: Path) -> np.ndarray:
-    try:
-        image = (
-            np.load(path, allow_pickle=False)
-            if path.suffix == ".npy"
-            else cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-        )
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: {error}") from None
-    if image is None:
-        raise InputError(f"{path}: not a picture")
+    image = read_array(path) if path.suffix == ".npy" else read_picture(path)
     try:
         return metres(image.astype(np.float32) if image.dtype == np.float64 else image)
     except InputError as error:
@@ -123,10 +116,7 @@ def _positions(folder: Path, pose: int, joints: Sequence[str]) -> dict[str, floa
     array, named = (folder / f"joint_states_{pose}.{ending}" for ending in ("npy", "yaml"))
     if named.is_file():
         return {str(name): _number(value, named) for name, value in read_yaml(named).items()}
-    try:
-        values = np.load(array, allow_pickle=False).ravel()
-    except (OSError, ValueError) as error:
-        raise InputError(f"{array}: {error}") from None
+    values = read_array(array).ravel()
     if len(values) != len(joints):
         raise InputError(f"{array}: {len(values)} positions for the joints {', '.join(joints)}")
     return dict(zip(joints, map(float, values)))
@@ -147,5 +137,5 @@ def _camera(folder: Path) -> PinholeCamera:
     try:
         values = np.array(matrix, float).reshape(3, -1)
         return PinholeCamera.of_matrix(values, int(info["width"]), int(info["height"]))
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, OverflowError, TypeError, ValueError, SafePassageError) as error:
         raise InputError(f"{found[0]}: no camera_info ({error})") from None

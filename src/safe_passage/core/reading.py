@@ -1,4 +1,4 @@
-"""Yaml into dataclasses: a field's annotation says what its value must be, errors name the key."""
+"""Files into values, errors name the file; yaml into dataclasses, errors name the key."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import math
 from pathlib import Path
 from typing import Any, Mapping, Sequence, TypeVar
 
+import cv2
+import numpy as np
 import yaml
 
 from safe_passage.core.errors import InputError, ParameterError
@@ -19,17 +21,44 @@ def read_yaml(path: Path) -> dict[str, Any]:
     """The file's mapping; InputError names the file when it cannot be read."""
     try:
         values = yaml.safe_load(path.read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"{path}: {error}") from None
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+    except Exception as error:  # what python's constructors raise of values, PyYAML passes on
+        raise InputError(f"{path}: not yaml ({error or type(error).__name__})") from None
     if not isinstance(values, dict):
         raise InputError(f"{path}: not a mapping")
     return values
 
 
+def read_array(path: Path) -> np.ndarray:
+    """The numbers of an .npy file; InputError names the file when it holds none."""
+    try:
+        values = np.load(path, allow_pickle=False)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from None
+    except Exception as error:  # what python's own parser raises of a header, numpy passes on
+        raise InputError(f"{path}: not an array ({error})") from None
+    if not isinstance(values, np.ndarray) or values.dtype.kind not in "iuf":
+        raise InputError(f"{path}: not an array of numbers")
+    return values
+
+
+def read_picture(path: Path, flags: int = cv2.IMREAD_UNCHANGED) -> np.ndarray:
+    """(H, W) or (H, W, channels); InputError names the file when it is no picture."""
+    try:
+        picture = cv2.imread(str(path), flags)
+    except cv2.error:  # too many pixels; of other damage it says nothing
+        picture = None
+    if picture is None:
+        raise InputError(f"{path}: not a picture")
+    return picture
+
+
 def build(cls: type[T], entry: Any, where: str) -> T:
     """Make the dataclass `cls` of a yaml mapping.
 
-    Fields of the types float, int, bool and str, and tuples of such, are checked and converted.
+    A field's annotation says what its value must be: float, int, bool, str and tuples of such are
+    checked and converted.
 
     Raises:
         ParameterError: names `where` and the key that is missing, not known or wrong.

@@ -18,6 +18,7 @@ import numpy as np
 import yaml
 
 from safe_passage.core.errors import InputError
+from safe_passage.core.reading import build, build_list, read_picture, read_yaml
 from safe_passage.evaluation.parallel import Workers, batches, run_jobs
 from safe_passage.evaluation.report import plain
 from safe_passage.evaluation.setting import Setting
@@ -47,12 +48,13 @@ class Dataset:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.about = _read(folder / "dataset.yaml", yaml.safe_load)
-        if not isinstance(self.about, dict) or self.about.get("format") != FORMAT:
-            raise InputError(f"{folder / 'dataset.yaml'}: its format is not {FORMAT!r}")
-        self._truth = _read(folder / "truth.json", json.loads)
-        self.camera = CameraModel(**self.about["camera"])
-        self.lidar = LidarModel(**self.about["lidar"])
+        file = folder / "dataset.yaml"
+        self.about = read_yaml(file)
+        if self.about.get("format") != FORMAT:
+            raise InputError(f"{file}: its format is not {FORMAT!r}")
+        self.camera = build(CameraModel, self.about.get("camera"), f"{file}: camera")
+        self.lidar = build(LidarModel, self.about.get("lidar"), f"{file}: lidar")
+        self._truth = _read_truth(folder / "truth.json")
 
     def __len__(self) -> int:
         return len(self._truth)
@@ -62,26 +64,26 @@ class Dataset:
 
     def __getitem__(self, index: int) -> View:
         truth = self._truth[index]
-        stem = str(self.folder / truth["name"])
-        bgr = cv2.imread(stem + "_rgb.png", cv2.IMREAD_COLOR)
-        millimetres = cv2.imread(stem + "_depth.png", cv2.IMREAD_UNCHANGED)
-        if bgr is None or millimetres is None:
-            raise InputError(f"{stem}: needs _rgb.png and _depth.png")
+        stem = str(self.folder / truth.name)
+        bgr = read_picture(Path(stem + "_rgb.png"), cv2.IMREAD_COLOR)
+        millimetres = read_picture(Path(stem + "_depth.png"))
+        if millimetres.dtype != np.uint16 or millimetres.ndim != 2:
+            raise InputError(f"{stem}_depth.png: must have 16 bits [mm]")
         depth = millimetres.astype(np.float32) * 1e-3
         depth[millimetres == 0] = np.nan
-        try:
-            scan = np.load(stem + "_scan.npz")
-        except (OSError, ValueError) as error:
-            raise InputError(f"{stem}_scan.npz: {error}") from None
-        return View(
-            bgr,
-            depth,
-            scan["ranges"],
-            scan["persons"],
-            tuple(_person(entry) for entry in truth["persons"]),
-            tuple(truth["robot"]),
-            np.array(truth["T_map_camera"]),
-        )
+        ranges, persons = _read_scan(Path(stem + "_scan.npz"))
+        pose = np.array(truth.T_map_camera)
+        return View(bgr, depth, ranges, persons, truth.persons, truth.robot, pose)
+
+
+@dataclass(frozen=True)
+class _Truth:
+    """Of one view."""
+
+    name: str  # of its files
+    robot: tuple[float, float, float]  # [m], [rad]
+    T_map_camera: np.ndarray  # (4, 4)
+    persons: tuple[PersonTruth, ...]
 
 
 def write_dataset(
@@ -162,13 +164,26 @@ def write_pcd(file: Path, view: View, camera: CameraModel) -> None:
     file.write_bytes(header.encode() + cloud.tobytes())
 
 
-def _person(entry: dict[str, Any]) -> PersonTruth:
-    lists = ("position", "velocity", "box")
-    return PersonTruth(**{k: tuple(v) if k in lists else v for k, v in entry.items()})
-
-
-def _read(file: Path, parse: Any) -> Any:
+def _read_truth(file: Path) -> list[_Truth]:
     try:
-        return parse(file.read_text())
-    except (OSError, ValueError, yaml.YAMLError) as error:
-        raise InputError(f"{file}: {error}") from None
+        entries = json.loads(file.read_text())
+        return [_to_truth(entry, f"{file}: view {i}") for i, entry in enumerate(entries)]
+    except OSError as error:
+        raise InputError(f"{file}: {error.strerror}") from None
+    except (KeyError, OverflowError, RecursionError, TypeError, ValueError) as error:
+        raise InputError(f"{file}: no truth of views ({error or type(error).__name__})") from None
+
+
+def _to_truth(entry: dict[str, Any], where: str) -> _Truth:
+    x, y, yaw = map(float, entry["robot"])
+    pose = np.array(entry["T_map_camera"], float).reshape(4, 4)
+    persons = build_list(PersonTruth, entry["persons"], where)
+    return _Truth(str(entry["name"]), (x, y, yaw), pose, persons)
+
+
+def _read_scan(file: Path) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        with np.load(file) as scan:
+            return scan["ranges"], scan["persons"]
+    except Exception as error:  # what zipfile, zlib and python's parser raise, numpy passes on
+        raise InputError(f"{file}: no scan ({error})") from None

@@ -10,10 +10,10 @@ from typing import Protocol
 
 import cv2
 import numpy as np
-import yaml
 
 import safe_passage._person_detection as detection
 from safe_passage.core.errors import InputError
+from safe_passage.core.reading import read_picture, read_yaml
 from safe_passage.replay.virtual_scan import virtual_scan
 from safe_passage.simulation.analytic_scene import AnalyticScene
 
@@ -159,11 +159,13 @@ def _from_depth(
 def _read_intrinsics(file: Path) -> tuple[float, float, float, float]:
     if not file.exists():
         return DEFAULT_INTRINSICS
-    values = yaml.safe_load(file.read_text())
+    values = read_yaml(file)
     try:
         fx, fy, cx, cy = (float(values[name]) for name in ("fx", "fy", "cx", "cy"))
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, OverflowError, TypeError, ValueError):
         raise InputError(f"{file}: needs numbers fx, fy, cx, cy [px]") from None
+    if not (np.isfinite([fx, fy, cx, cy]).all() and min(fx, fy) > 0.0):
+        raise InputError(f"{file}: fx, fy must be above 0, all finite")
     return fx, fy, cx, cy
 
 
@@ -171,10 +173,10 @@ def _load_pair(
     rgb_file: Path, intrinsics: tuple[float, float, float, float]
 ) -> detection.RgbdFrame:
     stem = str(rgb_file)[: -len("_rgb.png")]
-    bgr = cv2.imread(str(rgb_file), cv2.IMREAD_COLOR)
-    raw = cv2.imread(stem + "_depth.png", cv2.IMREAD_UNCHANGED)
-    if bgr is None or raw is None or raw.ndim != 2:
-        raise InputError(f"{stem}: needs a colour image _rgb.png and a depth image _depth.png")
+    bgr = read_picture(rgb_file, cv2.IMREAD_COLOR)
+    raw = read_picture(Path(stem + "_depth.png"))
+    if raw.ndim != 2:
+        raise InputError(f"{stem}_depth.png: has colours")
     if raw.dtype == np.uint16:
         depth = raw.astype(np.float32) * 1e-3
     else:
@@ -188,7 +190,11 @@ def _read_depth_params(file: Path) -> tuple[float, float]:
     if not file.exists():
         raise InputError(f"{file}: missing, so the 8-bit depth image beside it has no scale")
     # OpenCV's yaml dialect, which yaml parsers refuse
-    found = dict(re.findall(r"(alpha|beta)\s*:\s*([-+.e0-9]+)", file.read_text()))
-    if set(found) != {"alpha", "beta"}:
-        raise InputError(f"{file}: needs alpha and beta")
-    return float(found["alpha"]), float(found["beta"])
+    found = dict(re.findall(r"(alpha|beta)\s*:\s*(\S+)", file.read_text(errors="replace")))
+    try:
+        alpha, beta = float(found["alpha"]), float(found["beta"])
+    except (KeyError, ValueError):
+        raise InputError(f"{file}: needs numbers alpha and beta") from None
+    if not (math.isfinite(alpha) and math.isfinite(beta) and alpha != 0.0):
+        raise InputError(f"{file}: alpha must not be 0, both finite")
+    return alpha, beta

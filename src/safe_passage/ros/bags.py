@@ -29,8 +29,8 @@ def read_bag(path: Path, kinds: tuple[str, ...]) -> tuple[dict[str, str], dict[s
             messages = defaultdict(list)
             for name, message, _ in bag.read_messages(topics=list(topics)) if topics else ():
                 messages[name].append(message)
-    except (OSError, rosbag.ROSBagException) as error:
-        raise InputError(f"{path}: {error}") from None
+    except Exception as error:  # rosbag passes on whatever its parts raise of a damaged file
+        raise InputError(f"{path}: {error or type(error).__name__}") from None
     return topics, messages
 
 

@@ -5,7 +5,10 @@ import math
 import pytest
 import rosbag
 import rospy
+from damage import FEW, damaged
 from geometry_msgs.msg import Point, Pose, PoseArray
+from hypothesis import given
+from hypothesis import strategies as st
 from safe_passage.core.errors import InputError
 from safe_passage.ros.leg_recordings import read_negative, read_positive
 from sensor_msgs.msg import LaserScan
@@ -81,9 +84,22 @@ def test_no_scans_no_bag_no_file(bag, tmp_path):
         read_negative(bag(("/note", String("empty"))))
     text = tmp_path / "text.bag"
     text.write_text("no bag")
-    for path in (text, tmp_path / "none.bag"):
+    noise = tmp_path / "noise.bag"
+    noise.write_bytes(b"\x80 no text either\n")  # of which rosbag passes on python's own error
+    for path in (text, noise, tmp_path / "none.bag"):
         with pytest.raises(InputError, match=path.name):
             read_negative(path)
+
+
+@FEW
+@given(data=st.data())
+def test_whatever_became_of_a_bag(bag, data):
+    path = bag(*[("/scan", scan(i)) for i in range(3)])
+    path.write_bytes(damaged(data, path.read_bytes()))
+    try:
+        read_negative(path)
+    except InputError as error:
+        assert "walk_1.bag" in str(error)
 
 
 def test_the_recorded_legs(recordings):
