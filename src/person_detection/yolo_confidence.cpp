@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdint>
 #include <fstream>
 #include <map>
 #include <numeric>
@@ -50,14 +51,42 @@ void require_file(const std::string& path, const std::string& parameter) {
     throw std::runtime_error("parameter yolo/" + parameter + ": no readable file " + path);
 }
 
+// OpenCV reads no further than a file goes, and leaves the rest of the weights as memory was: with
+// a download that was cut off nobody would be seen, and nobody told. A number too many is as bad:
+// then the config is another model's.
+void require_all_weights(cv::dnn::Net& net, const std::string& model) {
+  std::ifstream file(model, std::ios::binary);
+  std::int32_t version[3] = {};  // major, minor, revision
+  file.read(reinterpret_cast<char*>(version), sizeof version);
+  // the number of images seen has 8 bytes since version 0.2
+  const std::size_t seen = std::int64_t{version[0]} * 10 + version[1] >= 2 ? 8 : 4;
+  std::size_t told = sizeof version + seen;
+  for (const std::string& name : net.getLayerNames()) {
+    const auto layer = net.getLayer(net.getLayerId(name));
+    if (layer->type == "Region") continue;  // its anchors are the config's
+    for (const cv::Mat& blob : layer->blobs) told += blob.total() * sizeof(float);
+  }
+  file.seekg(0, std::ios::end);
+  if (static_cast<std::size_t>(file.tellg()) != told)
+    throw std::runtime_error("parameter yolo/model: " + model + " has " +
+                             std::to_string(file.tellg()) + " bytes, its config is of " +
+                             std::to_string(told));
+}
+
+cv::dnn::Net load_darknet(const YoloParameters& parameters) {
+  std::string config = parameters.config;
+  if (config.empty()) config = parameters.model.substr(0, parameters.model.rfind('.')) + ".cfg";
+  require_file(config, "config");
+  cv::dnn::Net net = cv::dnn::readNetFromDarknet(config, parameters.model);
+  require_all_weights(net, parameters.model);
+  return net;
+}
+
 cv::dnn::Net load(const YoloParameters& parameters) {
   require_file(parameters.model, "model");
   try {
-    if (!ends_with(parameters.model, ".weights")) return cv::dnn::readNetFromONNX(parameters.model);
-    std::string config = parameters.config;
-    if (config.empty()) config = parameters.model.substr(0, parameters.model.rfind('.')) + ".cfg";
-    require_file(config, "config");
-    return cv::dnn::readNetFromDarknet(config, parameters.model);
+    return ends_with(parameters.model, ".weights") ? load_darknet(parameters)
+                                                   : cv::dnn::readNetFromONNX(parameters.model);
   } catch (const cv::Exception& error) {
     throw std::runtime_error("parameter yolo/model: OpenCV " CV_VERSION " cannot load " +
                              parameters.model + ": " + error.err);

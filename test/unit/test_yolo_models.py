@@ -4,6 +4,8 @@ Each model sees one box everywhere: 64 x 96 px around the middle of a 256 x 192 
 0.8, class person.
 """
 
+import struct
+
 import cv2
 import numpy as np
 import onnx
@@ -124,3 +126,58 @@ def test_missing_cuda_is_an_error_not_a_silent_fall_back_to_the_cpu(tmp_path):
         return
     with pytest.raises(RuntimeError, match="no cuda with cuda"):
         detect(tmp_path, yolov8(), IMAGE, backend="cuda", target="cuda")
+
+
+CFG = """[net]
+width=64
+height=64
+channels=3
+
+[convolutional]
+batch_normalize=1
+filters=4
+size=32
+stride=32
+pad=0
+activation=leaky
+
+[convolutional]
+filters=18
+size=1
+stride=1
+activation=linear
+
+[yolo]
+mask = 0,1,2
+anchors = 10,14, 23,27, 37,58
+classes=1
+num=3
+"""
+NUMBERS = 4 * 4 + 4 * 3 * 32 * 32 + 18 + 18 * 4  # normalisations, kernels, biases
+
+
+def darknet(tmp_path, head, weights, cfg=CFG):
+    """One frame through a darknet model."""
+    (tmp_path / "tiny.cfg").write_text(cfg)
+    (tmp_path / "tiny.weights").write_bytes(head + weights)
+    values = detection.YoloParameters()
+    values.model, values.input_width, values.input_height = str(tmp_path / "tiny.weights"), 64, 64
+    return detection.YoloConfidence(values).detect(IMAGE)
+
+
+OLD, NEW = struct.pack("<4i", 0, 1, 0, 0), struct.pack("<3iq", 0, 2, 5, 0)
+
+
+@pytest.mark.parametrize("head", [OLD, NEW])
+def test_darknet_weights_are_read_whole(tmp_path, head):
+    numbers = np.ones(NUMBERS, np.float32)
+    numbers[4:] = 0.0
+    assert len(darknet(tmp_path, head, numbers.tobytes())) == 12  # four cells of three equal boxes
+
+
+@pytest.mark.parametrize("off", [-4 * NUMBERS, -4000, -4, -1, 1, 4])
+def test_weights_cut_off_or_of_another_config_are_refused(tmp_path, off):
+    """OpenCV itself takes what was in memory for what is not in the file."""
+    weights = bytes(max(0, 4 * NUMBERS + off))[: 4 * NUMBERS] + bytes(max(0, off))
+    with pytest.raises(RuntimeError, match="tiny.weights has .* bytes, its config is of"):
+        darknet(tmp_path, NEW, weights)
