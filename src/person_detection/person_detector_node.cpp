@@ -10,6 +10,8 @@
 #include <tf2_ros/transform_listener.h>
 
 #include <algorithm>
+#include <deque>
+#include <iterator>
 #include <opencv2/core.hpp>
 
 #include "safe_passage/person_detection/debug_image.h"
@@ -25,8 +27,8 @@ namespace safe_passage::person_detection {
 
 constexpr int kLeastVoxels = 100;       // with fewer the camera is covered: it cannot say "nobody"
 constexpr double kLeastContrast = 1.0;  // [grey levels] standard deviation, see shows_something()
-constexpr int kQueue = 5;               // messages of each topic that may wait for their partners
-constexpr double kMaxSpread = 0.1;      // [s] between depth and colours: people move on
+constexpr std::size_t kQueue = 15;  // of each topic: a self-filter makes depth later than colours
+constexpr double kMaxSpread = 0.1;  // [s] between depth and colours: people move on
 
 // Not of one colour, as where the colour sensor fails or its lens is covered while depth goes on:
 // in such a picture everybody would be scored as nobody.
@@ -80,6 +82,7 @@ class PersonDetectorNode {
     rgb_sub_.subscribe(intake_node_, "rgb/image_rect_color", kQueue);
     depth_sub_.subscribe(intake_node_, "depth_registered/image_rect", kQueue);
     info_filter_.subscribe(intake_node_, "rgb/camera_info", kQueue);
+    depth_sub_.registerCallback(&PersonDetectorNode::take_depth, this);  // before sync_ has it
     sync_.setMaxIntervalDuration(ros::Duration(kMaxSpread));
     sync_.connectInput(depth_sub_, rgb_sub_, info_filter_);
     sync_.registerCallback(&PersonDetectorNode::take_images, this);
@@ -115,8 +118,26 @@ class PersonDetectorNode {
     process(frame, cloud->header, arrived);
   }
 
+  void take_depth(const sensor_msgs::ImageConstPtr& depth) {
+    unpaired_.push_back(depth->header.stamp);
+    if (unpaired_.size() <= kQueue) return;
+    unpaired_.pop_front();  // sync_ has dropped it
+    ++passed_over_;
+  }
+
+  // Told when there are colours again: until then it is their silence that is reported.
+  void tell_passed_over(const ros::Time& paired) {
+    const auto found = std::find(unpaired_.begin(), unpaired_.end(), paired);
+    if (found == unpaired_.end()) return;
+    passed_over_ += std::distance(unpaired_.begin(), found);
+    unpaired_.erase(unpaired_.begin(), std::next(found));
+    for (; passed_over_ > 0; --passed_over_)
+      diagnostics_.count(input_, Outcome::kNoPartner, "no colours of a depth image's time");
+  }
+
   void take_images(const sensor_msgs::ImageConstPtr& depth, const sensor_msgs::ImageConstPtr& rgb,
                    const sensor_msgs::CameraInfoConstPtr& info) {
+    tell_passed_over(depth->header.stamp);
     work_.put([this, depth, rgb, info, arrived = ros::WallTime::now()] {
       on_images(depth, rgb, info, arrived);
     });
@@ -228,6 +249,8 @@ class PersonDetectorNode {
       message_filters::sync_policies::ApproximateTime<sensor_msgs::Image, sensor_msgs::Image,
                                                       sensor_msgs::CameraInfo>;
   message_filters::Synchronizer<Policy> sync_{Policy(kQueue)};
+  std::deque<ros::Time> unpaired_;  // stamps of depth images, oldest first
+  std::size_t passed_over_ = 0;     // of them, not told yet
   NewestWork work_{[this] {
     diagnostics_.count(input_, Outcome::kCrowdedOut, "a newer one came before its turn");
   }};

@@ -324,7 +324,8 @@ class PersonDetectorTest(unittest.TestCase):
 
         self.see_all("depth", self.send_images)
         sent = []
-        diagnostics = self.diagnostics["depth"]
+        diagnostics, key = self.diagnostics["depth"], f"{IMAGES} NO_PARTNER"
+        before = diagnostics.count(key)
         wait_until(
             self.news,
             lambda: f"silent: {IMAGES}" in diagnostics.message(),
@@ -333,6 +334,7 @@ class PersonDetectorTest(unittest.TestCase):
         )
         self.see_all("depth", self.send_images)
         self.assertFalse([stamp for stamp in sent if stamp in self.persons["depth"]])
+        wait_until(self.news, lambda: diagnostics.count(key) >= before + len(sent), key)
 
     def test_7_ground_is_held_while_tf_is_silent(self):
         self.see_all()

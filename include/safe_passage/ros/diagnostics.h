@@ -21,6 +21,7 @@ enum class Outcome {
   kFuture,
   kOutOfOrder,
   kCrowdedOut,  // newer ones came before the node had time for it
+  kNoPartner,   // the camera's other messages of that time
   kNoTf,
   kEmpty,
   kBadFields,
@@ -28,9 +29,9 @@ enum class Outcome {
 };
 
 inline const char* to_string(Outcome outcome) {
-  static const char* const kNames[] = {"OK",           "STALE",       "FUTURE",
-                                       "OUT_OF_ORDER", "CROWDED_OUT", "NO_TF",
-                                       "EMPTY",        "BAD_FIELDS",  "NOT_FINITE"};
+  static const char* const kNames[] = {"OK",          "STALE",      "FUTURE", "OUT_OF_ORDER",
+                                       "CROWDED_OUT", "NO_PARTNER", "NO_TF",  "EMPTY",
+                                       "BAD_FIELDS",  "NOT_FINITE"};
   return kNames[static_cast<int>(outcome)];
 }
 
