@@ -1,10 +1,13 @@
 #include "safe_passage/ros/person_conversions.h"
 
+#include <sensor_msgs/image_encodings.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <stdexcept>
 
 namespace safe_passage::person_detection {
 namespace {
@@ -30,6 +33,22 @@ bool inside_point(const PointField& field, const sensor_msgs::PointCloud2& cloud
 template <typename Sized>
 std::string said_size(const Sized& message) {
   return std::to_string(message.width) + " x " + std::to_string(message.height);
+}
+
+// In 64 bits: of cv_bridge's 32, sizes that lie can wrap round to ones that fit.
+std::string fault_of(const sensor_msgs::Image& image) {
+  namespace encodings = sensor_msgs::image_encodings;
+  try {
+    const int bits = encodings::numChannels(image.encoding) * encodings::bitDepth(image.encoding);
+    const bool is_empty = image.width == 0 || image.height == 0;
+    if (is_empty || image.step < std::uint64_t{image.width} * static_cast<unsigned>(bits) / 8 ||
+        image.data.size() != std::uint64_t{image.step} * image.height)
+      return image.encoding + " image of " + std::to_string(image.data.size()) + " bytes for " +
+             said_size(image) + " pixels";
+  } catch (const std::runtime_error& error) {  // of an encoding nobody knows
+    return error.what();
+  }
+  return "";
 }
 
 geometry_msgs::Point to_point(const Eigen::Vector3f& p) {
@@ -127,7 +146,8 @@ std::string fault_of(const sensor_msgs::Image& depth, const sensor_msgs::Image& 
              other->frame_id + ": not registered";
   if (info.width != rgb.width || info.height != rgb.height)
     return "camera info of " + said_size(info) + " pixels, colours of " + said_size(rgb);
-  return "";
+  const std::string fault = fault_of(depth);
+  return fault.empty() ? fault_of(rgb) : fault;
 }
 
 RgbdFrame to_frame(const sensor_msgs::PointCloud2& cloud) {

@@ -40,6 +40,7 @@ SEEDS = {
     "ply_scan": ply,
     "pcd_frame": lambda: pcd("rgb"),
     "cloud_message": lambda: [bytes(range(200))],
+    "image_message": lambda: [bytes(range(200))],
     "scan_message": lambda: [bytes(range(200))],
 }
 
