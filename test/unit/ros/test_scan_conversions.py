@@ -73,6 +73,8 @@ def test_drivers_remission_of_other_types_and_zeros_for_no_return():
         (lambda m: setattr(m.fields[4], "offset", 18), "field beta outside"),
         (lambda m: setattr(m.fields[4], "datatype", 99), "field beta outside"),
         (lambda m: setattr(m, "width", 0), "no points"),
+        (lambda m: setattr(m, "height", 0), "no points"),
+        (lambda m: setattr(m, "point_step", 0), "field x outside"),
     ],
 )
 def test_clouds_that_cannot_be_read_say_why(change, said):

@@ -92,6 +92,11 @@ def test_padding_and_byte_order_are_respected():
     ("changes", "outcome"),
     [
         ({"width": 0}, Outcome.EMPTY),
+        ({"height": 0}, Outcome.EMPTY),
+        ({"width": 0, "height": 0, "data": b"", "row_step": 0}, Outcome.EMPTY),
+        ({"width": 0, "height": 2**32 - 1}, Outcome.EMPTY),
+        ({"point_step": 0}, Outcome.BAD_FIELDS),
+        ({"point_step": 0, "row_step": 0, "data": b""}, Outcome.BAD_FIELDS),
         ({"fields": []}, Outcome.BAD_FIELDS),
         ({"fields": [PointField(a, 0, PointField.FLOAT64, 1) for a in "xyz"]}, Outcome.BAD_FIELDS),
         ({"fields": [PointField(a, 14, PointField.FLOAT32, 1) for a in "xyz"]}, Outcome.BAD_FIELDS),
@@ -102,6 +107,7 @@ def test_padding_and_byte_order_are_respected():
 )
 def test_clouds_that_cannot_be_read_are_refused(changes, outcome):
     assert refusal(cloud_xyz, make_cloud(**changes)) is outcome
+    assert refusal(lambda one: sampled_xyz(one, 2.0, 0.1), make_cloud(**changes)) is outcome
 
 
 def make_picture(rows, columns, holes=False):
