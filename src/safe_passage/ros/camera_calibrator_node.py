@@ -11,15 +11,13 @@ import actionlib
 import numpy as np
 import rospy
 import tf2_ros
-from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import Image
 
 from safe_passage.calibration import ArmCalibrator, ArmView, Calibration, Verdict
 from safe_passage.calibration.collecting import PoseCollector
-from safe_passage.calibration.writers import folder_for, write
+from safe_passage.calibration.writers import write
 from safe_passage.core.depth_image import metres
-from safe_passage.core.errors import InputError, ParameterError
-from safe_passage.core.parameters import check_range
+from safe_passage.core.errors import InputError
 from safe_passage.core.reading import build
 from safe_passage.msg import (
     CalibrateCameraAction,
@@ -29,10 +27,11 @@ from safe_passage.msg import (
 )
 from safe_passage.robot_model import JointHistory, PinholeCamera, RobotModel
 from safe_passage.ros.actions import RefusedError, forget_goals, survive_clock_jumps
-from safe_passage.ros.arm_inputs import ArmInputs, described_robot
+from safe_passage.ros.arm_inputs import ArmInputs
 from safe_passage.ros.calibration_outputs import CalibrationOutputs, to_result
-from safe_passage.ros.calibrator_parameters import LONGEST, MOST_POSES, CalibratorNodeParameters
-from safe_passage.ros.conversions import from_transform, is_transform
+from safe_passage.ros.calibrator_goals import arm_of, check_goal, folder_of, guess_of
+from safe_passage.ros.calibrator_parameters import CalibratorNodeParameters
+from safe_passage.ros.conversions import from_transform
 from safe_passage.ros.depth_conversions import from_depth_image
 from safe_passage.ros.diagnostics import NodeDiagnostics
 from safe_passage.ros.input_loop import LOOK_ROUND, rounds
@@ -146,8 +145,8 @@ class CameraCalibratorNode:
         """Inputs -> guess -> poses -> calibration -> picture and files."""
         p = self._p
         check_goal(goal)
-        folder = self._folder(goal)
-        model = self._load_model()
+        folder = folder_of(goal)
+        self._model = model = arm_of(p.description_parameter, p.visual)
         root = p.root_frame or model.root
         self._outputs.clear(root)
         seen = self._inputs(model)
@@ -174,29 +173,6 @@ class CameraCalibratorNode:
             return calibrator.calibrate(views, T, self._check_asked)
         finally:
             calibrator.close()
-
-    @staticmethod
-    def _folder(goal: CalibrateCameraGoal) -> Path | None:
-        """Where the files go; one that cannot be is not found after all the poses."""
-        try:
-            return folder_for(goal.output_folder) if goal.output_folder else None
-        except InputError as error:
-            raise RefusedError("BAD_GOAL", f"output_folder {error}") from None
-
-    def _load_model(self) -> RobotModel:
-        """The robot as it is described now."""
-        parameter = self._p.description_parameter
-        try:
-            model = described_robot(parameter, self._p.visual)
-        except InputError as error:
-            raise RefusedError("NO_INPUT", str(error)) from None
-        if model is None:
-            name = rospy.resolve_name(parameter)
-            raise RefusedError("NO_INPUT", f"there is no parameter {name} with the URDF")
-        if not model.movable:
-            raise RefusedError("NO_INPUT", f"parameter {parameter}: {model.name} has no joint")
-        self._model = model
-        return model
 
     def _inputs(self, model: RobotModel) -> _Seen:
         """An image that is new and has all that it needs; waits for it."""
@@ -225,13 +201,9 @@ class CameraCalibratorNode:
 
     def _guess(self, goal: CalibrateCameraGoal, root: str, seen: _Seen) -> np.ndarray:
         """T_root_camera (4, 4), of the goal or of tf at an image's stamp."""
-        if goal.guess_given:
-            given = TransformStamped()
-            given.transform.translation = goal.guess.position
-            given.transform.rotation = goal.guess.orientation
-            if not is_transform(given.transform):
-                raise RefusedError("BAD_GOAL", "guess: finite, its quaternion of length 1")
-            return from_transform(given)
+        given = guess_of(goal)
+        if given is not None:
+            return given
         patience = rospy.Duration.from_sec(self._p.transform_tolerance)
         try:
             found = self._tf.lookup_transform(root, seen.frame, seen.stamp, patience)
@@ -290,15 +262,6 @@ class CameraCalibratorNode:
         with self._state:
             self._seen, self._jumped = None, True
             self._state.notify_all()
-
-
-def check_goal(goal: CalibrateCameraGoal) -> None:
-    """Raises RefusedError where a number of it has no meaning."""
-    try:
-        check_range("poses", goal.poses, 0, MOST_POSES, "")
-        check_range("timeout", goal.timeout, 0.0, LONGEST, "s")
-    except ParameterError as error:
-        raise RefusedError("BAD_GOAL", str(error)) from None
 
 
 def main() -> None:
