@@ -50,7 +50,7 @@ def main(
         if args.command == "recordings":
             _recordings(args, config, read_tracking)
             return 0
-        setting = Setting(args.world, args.robot, args.costmap)
+        setting = Setting(args.world, args.robot, args.costmap, args.tracker)
         workers = Workers(args.processes, args.dask)
         if args.command == "legs":
             _legs(args, setting, workers, read_recordings)
@@ -135,6 +135,7 @@ def _parser(config: Path) -> argparse.ArgumentParser:
             ("world", usual.world),
             ("robot", usual.robot),
             ("costmap", usual.costmap),
+            ("tracker", usual.tracker),
         ):
             added.add_argument(f"--{key}", type=Path, default=path, metavar="YAML")
         added.add_argument("--out", type=Path, default=Path(f"evaluation/{name}"), metavar="FOLDER")

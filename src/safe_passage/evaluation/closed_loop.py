@@ -10,7 +10,9 @@ import numpy as np
 
 from safe_passage.core.geometry import Pose, compose, inverse, placed
 from safe_passage.evaluation.human_safety_chain import HumanSafetyChain
+from safe_passage.evaluation.person_tracker import PersonTracker
 from safe_passage.evaluation.scenarios import PALLET_LENGTH, Scenario
+from safe_passage.evaluation.setting import TrackerSetting
 from safe_passage.navigation import Navigator, NavigatorParameters, State
 from safe_passage.navigation.local_planner import Velocity
 from safe_passage.simulation.drive import Twist
@@ -66,6 +68,7 @@ def run_scenario(
     seed: int,
     most_seconds: float = 120.0,
     detect_every: int = 1,
+    tracker: TrackerSetting | None = None,
 ) -> RunResult:
     """Run `scenario` to its end.
 
@@ -74,9 +77,11 @@ def run_scenario(
         hold_time: [s] that a person is remembered after the last detection.
         most_seconds: [s] of simulated time.
         detect_every: cycles, of which there are ten a second, the camera is looked at.
+        tracker: of the persons whom the camera no longer sees; None: none runs.
     """
     simulator = Simulator(world, robot, seed, scenario.people, scenario.start)
-    chain = HumanSafetyChain(method, costmap, hold_time, robot.footprint)
+    persons = PersonTracker(*tracker) if tracker else None
+    chain = HumanSafetyChain(method, costmap, hold_time, robot.footprint, persons)
     driver = Navigator(navigator, simulator.map)
     driver.set_goal(scenario.goal)
     lidar, camera = robot.lidars[0], robot.cameras[0]
@@ -91,7 +96,9 @@ def run_scenario(
                 frame = simulator.frame(camera)
                 found = chain.see(frame.depth, frame.bgr, camera, base.odometry, time)
                 visible = visible_share(simulator, frame, camera)
-            ranges = chain.merge(simulator.scan(lidar).ranges, lidar, base.odometry, time)
+            scan = simulator.scan(lidar).ranges
+            chain.hear(scan, lidar, base.odometry, time)
+            ranges = chain.merge(scan, lidar, base.odometry, time)
             obstacles = chain.update(ranges, lidar, base.odometry, time)
             T_map_odom = compose(base.pose, inverse(base.odometry))
             now = Velocity(base.twist.forward, base.twist.turn)
@@ -103,8 +110,11 @@ def run_scenario(
             distance = simulator.distance_to_people()
             judged = (distance, visible, seen.any(), (~seen).sum(), kept)
             track.append((time, *base.pose, person.x, person.y, *judged))
-            for _ in range(CONTROL_STEPS):
+            for step in range(CONTROL_STEPS):
                 simulator.step()
+                if tracker and step < CONTROL_STEPS - 1:  # else nobody asks
+                    between = simulator.scan(lidar).ranges
+                    chain.hear(between, lidar, base.odometry, simulator.time)
                 bumps += base.bumped
                 distance = simulator.distance_to_people()
                 nearest = min(nearest, distance)

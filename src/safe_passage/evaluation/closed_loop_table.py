@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Sequence
 
 import numpy as np
@@ -22,7 +22,7 @@ from safe_passage.simulation.static_map import make_map
 from safe_passage.simulation.walkers import Walker
 from safe_passage.simulation.worlds import World
 
-METHODS = ("none", "hog", "yolo")
+METHODS = ("none", "hog", "yolo", "tracked")  # tracked: persons of YOLO and of the tracker
 SEED = 20_000  # of the scenarios, unless another is given
 HOLD_TIME = 5.0  # [s] a person is remembered after the last detection
 MOST_SECONDS = 120.0  # [s] a run may take
@@ -132,14 +132,16 @@ def do_run(task: Task) -> Outcome:
         world,
         robot,
         scenario,
-        task.method,
+        "yolo" if task.method == "tracked" else task.method,
         task.setting.load_costmap(),
         navigator,
         HOLD_TIME,
         task.number,
         MOST_SECONDS,
         task.detect_every,
+        task.setting.load_tracker() if task.method == "tracked" else None,
     )
+    run = replace(run, method=task.method)
     return Outcome(task.number, run, way_exists(world, robot, navigator, scenario))
 
 

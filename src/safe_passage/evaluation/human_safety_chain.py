@@ -17,11 +17,19 @@ from safe_passage.costmap import (
     project_scan,
 )
 from safe_passage.costmap.costs import LETHAL_OBSTACLE
+from safe_passage.evaluation.person_tracker import PersonTracker
+from safe_passage.evaluation.tracking_runs import scan_measurement
 from safe_passage.human_safety.models import default_folder
+from safe_passage.monitoring.aggregation import Measurement
+from safe_passage.monitoring.person_looks import Look, View
 from safe_passage.simulation.robots import CameraModel, LidarModel
 
 RADIUS = 1.35  # [m] 1.2, and what the person's place and the costmap's cells may be off by
 CLEARANCE = 0.05  # [m] as in the robots' files
+LASER_HOLD_TIME = 120.0  # [s] that the laser may keep a person whom the camera no longer sees
+TRACKER_HOLD_TIME = 1.0  # [s] that a person is remembered, where the tracker tells where he is
+VIEW = (0.95, 1.5, 5.0)  # [rad], [m], [m] of the camera, as in the robots' files
+SURE = 0.9  # probability of who was found
 
 
 def make_detector(method: str) -> detection.PersonDetector:
@@ -40,7 +48,7 @@ class HumanSafetyChain:
         costmap: contents of config/local_costmap.yaml.
         hold_time: [s] that a person is remembered.
         footprint: of the robot, [m] base; areas end CLEARANCE before it.
-        laser_hold_time: [s] that the laser may keep a person whom the camera no longer sees.
+        tracker: of whom the camera no longer sees; None: the laser keeps him, see LASER_HOLD_TIME.
     """
 
     def __init__(
@@ -49,13 +57,13 @@ class HumanSafetyChain:
         costmap: Mapping[str, Any],
         hold_time: float,
         footprint: Sequence[tuple[float, float]],
-        laser_hold_time: float = 120.0,
+        tracker: PersonTracker | None = None,
     ) -> None:
         self._detector = None if method == "none" else make_detector(method)
         parameters = safety.PipelineParameters()
         memory = safety.MemoryParameters()
-        memory.hold_time = hold_time
-        memory.laser_hold_time = laser_hold_time
+        memory.hold_time = TRACKER_HOLD_TIME if tracker else hold_time
+        memory.laser_hold_time = 0.0 if tracker else LASER_HOLD_TIME
         area = safety.AreaParameters()
         area.radius = RADIUS
         parameters.area = area
@@ -65,6 +73,9 @@ class HumanSafetyChain:
         parameters.merge = merge
         self._footprint = np.array(footprint, float).reshape(-1, 2)
         self._merger = safety.Pipeline(parameters)
+        self._tracker = tracker
+        self._scans: list[Measurement] = []  # since its last cycle
+        self._looks: list[Look] = []
         self.remembered = np.empty((0, 2))  # [m] persons with an area in the last scan, frame odom
         self.costmap = LocalCostmap(load_costmap_parameters(costmap).parameters)
         layer = next(p["name"] for p in costmap["plugins"] if "Obstacle" in p["type"])
@@ -88,10 +99,26 @@ class HumanSafetyChain:
         under_camera = compose(pose, (camera.x, camera.y, camera.yaw))
         places = [compose(under_camera, (float(h[0]), float(h[1]), 0.0)) for h in heads]
         self._merger.remember([safety.Person(time, [p[0], p[1], 0.0]) for p in places])
-        return np.array(places).reshape(-1, 3)[:, :2]
+        found = np.array(places).reshape(-1, 3)[:, :2]
+        view = View(under_camera[:2], under_camera[2], *VIEW)
+        self._looks.append(Look(time, found, np.full(len(found), SURE), view))
+        return found
+
+    def hear(self, ranges: np.ndarray, lidar: LidarModel, pose: Pose, time: float) -> None:
+        """Ranges (N,) [m] for the tracker."""
+        if self._tracker:
+            source = self._tracker.source
+            self._scans.append(scan_measurement(lidar, ranges, source, time, pose))
+
+    def _track(self, pose: Pose, time: float) -> None:
+        if self._tracker:
+            persons = self._tracker.update(time, pose, self._scans, self._looks)
+            self._merger.remember(persons)
+            self._scans, self._looks = [], []
 
     def merge(self, ranges: np.ndarray, lidar: LidarModel, pose: Pose, time: float) -> np.ndarray:
-        """Ranges (N,) [m] with the safety areas in them."""
+        """Ranges (N,) [m] with the safety areas in them, after a cycle of the tracker."""
+        self._track(pose, time)
         step = lidar.field_of_view / (lidar.beams - 1)
         half = 0.5 * lidar.field_of_view
         scan = safety.Scan(ranges, -half, half, step, lidar.range_min, lidar.range_max)

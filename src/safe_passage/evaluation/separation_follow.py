@@ -15,19 +15,19 @@ import numpy as np
 
 import safe_passage._safety_area as safety
 from safe_passage.core.geometry import Pose, compose, inverse, matrix
+from safe_passage.evaluation.person_tracker import PersonTracker
 from safe_passage.evaluation.separation_crossings import STEP
 from safe_passage.evaluation.separation_runs import (
     CYCLE_STEPS,
     crossing_robot,
     lidar_tracker,
-    measured,
 )
 from safe_passage.evaluation.tracking_catalogue import HALL
 from safe_passage.evaluation.tracking_recording import SCAN_STEPS
+from safe_passage.evaluation.tracking_runs import scan_measurement
 from safe_passage.monitoring.aggregation import Measurement
-from safe_passage.monitoring.person_looks import Look, View, places_of
-from safe_passage.monitoring.persons import PersonLabelParameters, PersonLabels, Persons
-from safe_passage.monitoring.pipeline import ObstacleTracker, Snapshot
+from safe_passage.monitoring.person_looks import Look, View
+from safe_passage.monitoring.persons import PersonLabelParameters
 from safe_passage.simulation.drive import Twist
 from safe_passage.simulation.people_assets import list_people
 from safe_passage.simulation.robots import LidarModel
@@ -112,8 +112,7 @@ class _Follower:
         self._arena = _Arena(_hall(), robot, one.seed + one.number, [one.plan], one.start)
         parameters = lidar_tracker(config)
         self._sources = {source.name: source for source in parameters.sources}
-        self._tracker = ObstacleTracker(parameters)
-        self._labels = PersonLabels(PersonLabelParameters())
+        self._tracker = PersonTracker(parameters, PersonLabelParameters())
         self._merger = safety.Pipeline(safety.PipelineParameters())
         self._rng = np.random.default_rng((one.seed, one.number, 1))
         self._answers: list[tuple[int, Look]] = []  # step in which it comes
@@ -129,7 +128,8 @@ class _Follower:
             for i, lidar in enumerate(arena.robot.lidars):
                 if step % SCAN_STEPS == (SCAN_STEPS // 2 * i) % SCAN_STEPS:
                     ranges = arena.scan(lidar).ranges
-                    pending.append(measured(arena, lidar, ranges, self._sources[lidar.name]))
+                    source, pose = self._sources[lidar.name], arena.base.odometry
+                    pending.append(scan_measurement(lidar, ranges, source, arena.time, pose))
                     if i == 0 and arena.time > self._first + FIRST:
                         rows.append(self._merge(lidar, ranges))
             if step % CYCLE_STEPS == 0:
@@ -163,12 +163,11 @@ class _Follower:
         arena = self._arena
         looks = [look for at, look in self._answers if at <= step]
         self._answers = [one for one in self._answers if one[0] > step]
-        snapshot = self._tracker.update(arena.time, arena.base.odometry, measurements)
-        persons = self._labels.update(snapshot, looks)
+        tracked = self._tracker.update(arena.time, arena.base.odometry, measurements, looks)
         for look in looks:
             self._first = min(self._first, arena.time if len(look.position) else math.inf)
             self._merger.remember([_detected(look.stamp, at) for at in look.position.tolist()])
-        self._merger.remember(_tracked(snapshot, persons))
+        self._merger.remember(tracked)
 
     def _merge(self, lidar: LidarModel, ranges: np.ndarray) -> tuple[float, bool, int, float]:
         """Error of the nearest area, whether the camera sees the person, other areas, time."""
@@ -194,23 +193,3 @@ def _level(lidar: LidarModel) -> np.ndarray:
 def _detected(stamp: float, at: list[float]) -> safety.Person:
     """As the merger hears of it from the detector itself."""
     return safety.Person(stamp, [*at, 0.0], source="camera")
-
-
-def _tracked(snapshot: Snapshot, persons: Persons) -> list[safety.Person]:
-    """As the node tells them."""
-    velocity = places_of(snapshot).velocity
-    told = [
-        safety.Person(
-            snapshot.stamp,
-            [*at, 0.0],
-            [*velocity[i].tolist(), 0.0],
-            int(snapshot.tracks.id[i]) if k == 0 else 0,
-            "odom",
-        )
-        for i, places in persons.places.items()
-        for k, at in enumerate(places.tolist())
-    ]
-    return told + [
-        safety.Person(snapshot.stamp, [*one.position, 0.0], source="odom")
-        for one in persons.unattached
-    ]

@@ -16,12 +16,10 @@ from safe_passage.core.geometry import compose, inverse, rotation
 from safe_passage.core.reading import build, read_yaml
 from safe_passage.evaluation.separation_crossings import SETTLE, STEP, Crossing, hall
 from safe_passage.evaluation.tracking_recording import SCAN_STEPS, SEEN_BEAMS
-from safe_passage.evaluation.tracking_runs import tracker_parameters
+from safe_passage.evaluation.tracking_runs import scan_measurement, tracker_parameters
 from safe_passage.monitoring.aggregation import Measurement
-from safe_passage.monitoring.parameters import SourceParameters, TrackerParameters
+from safe_passage.monitoring.parameters import TrackerParameters
 from safe_passage.monitoring.pipeline import ObstacleTracker, Snapshot
-from safe_passage.monitoring.preprocessing import scan_points
-from safe_passage.monitoring.views import ScanView
 from safe_passage.separation import (
     Obstacles,
     RobotState,
@@ -30,7 +28,7 @@ from safe_passage.separation import (
 )
 from safe_passage.separation.robot_motion import Velocity, make_shape
 from safe_passage.simulation.drive import Base, Twist
-from safe_passage.simulation.robots import DriveModel, LidarModel, Robot, load_robot
+from safe_passage.simulation.robots import DriveModel, Robot, load_robot
 from safe_passage.simulation.simulator import Simulator
 from safe_passage.simulation.walkers import PersonState, Walker
 from safe_passage.simulation.worlds import PersonPlan
@@ -175,7 +173,9 @@ class _Loop:
             if self._seen < 0 and (scan.persons >= 0).sum() >= SEEN_BEAMS:
                 self._seen = step - 1
             source = self._sources[lidar.name]
-            self._pending.append(measured(arena, lidar, scan.ranges, source))
+            pose = arena.base.odometry
+            seen = scan_measurement(lidar, scan.ranges, source, arena.time, pose)
+            self._pending.append(seen)
 
     def _cycle(self, step: int, person: PersonState) -> tuple[float, ...]:
         """Stamp, allowed scale, danger, time taken, deciding track, the person's track."""
@@ -209,16 +209,6 @@ class _Loop:
         arena = self._arena
         truth = _truth(person, arena.base)
         return self._truth.assess(arena.time, truth, robot, command).scale < 1.0
-
-
-def measured(
-    simulator: Simulator, lidar: LidarModel, ranges: np.ndarray, source: SourceParameters
-) -> Measurement:
-    """A scan taken now, as the tracker takes it."""
-    first, second = lidar.angles()[:2]
-    points = scan_points(ranges, first, second - first, lidar.pose_in_base(), source)
-    view = ScanView.of(points, (lidar.x, lidar.y))
-    return Measurement(lidar.name, simulator.time, simulator.base.odometry, points, view)
 
 
 def obstacles_of(snapshot: Snapshot) -> Obstacles:

@@ -8,14 +8,15 @@ from typing import Any, Mapping
 
 import numpy as np
 
-from safe_passage.core.geometry import rotation
+from safe_passage.core.geometry import Pose, rotation
 from safe_passage.core.reading import build, build_list, read_yaml
 from safe_passage.evaluation.tracking_recording import Raw, Recording
 from safe_passage.monitoring.aggregation import Measurement
 from safe_passage.monitoring.parameters import SourceParameters, TrackerParameters
 from safe_passage.monitoring.pipeline import ObstacleTracker, Snapshot
 from safe_passage.monitoring.preprocessing import cloud_points, scan_points
-from safe_passage.monitoring.views import CloudView, ScanView, View
+from safe_passage.monitoring.views import CloudView, ScanView
+from safe_passage.simulation.robots import LidarModel
 
 FRESH = 0.3  # [s] a track seen so long ago is said to be there, as a person is (truth)
 # Each row of the ablation adds to the one before it.
@@ -55,18 +56,36 @@ def tracker_parameters(
     Raises:
         ParameterError, InputError: as of any yaml.
     """
-    values = read_yaml(config / f"{name}.yaml")
-    known = {field.name for field in fields(TrackerParameters)}
-    kept = {key: value for key, value in values.items() if key in known}
-    kept["sources"] = build_list(SourceParameters, values.get("sources"), "sources")
+    parameters = tracker_of(read_yaml(config / f"{name}.yaml"), name)
     changed = dict(changes or {})
     if "aggregate" in changed:
         number = changed.pop("aggregate")
-        kept["sources"] = tuple(
+        changed["sources"] = tuple(
             source if source.three_dimensional else replace(source, aggregate=number)
-            for source in kept["sources"]
+            for source in parameters.sources
         )
-    return build(TrackerParameters, {**kept, **changed}, name)
+    return replace(parameters, **changed)
+
+
+def tracker_of(values: Mapping[str, Any], where: str) -> TrackerParameters:
+    """The tracker's own of a node's `values`.
+
+    Raises:
+        ParameterError: as of any yaml.
+    """
+    known = {field.name for field in fields(TrackerParameters)}
+    kept = {key: value for key, value in values.items() if key in known}
+    kept["sources"] = build_list(SourceParameters, values.get("sources"), f"{where}/sources")
+    return build(TrackerParameters, kept, where)
+
+
+def scan_measurement(
+    lidar: LidarModel, ranges: np.ndarray, source: SourceParameters, stamp: float, pose: Pose
+) -> Measurement:
+    """A scan (N,) [m] as the tracker takes it; taken at `stamp` [s], base at `pose` in odometry."""
+    first, second = lidar.angles()[:2]
+    points = scan_points(ranges, first, second - first, lidar.pose_in_base(), source)
+    return Measurement(source.name, stamp, pose, points, ScanView.of(points, (lidar.x, lidar.y)))
 
 
 def measurements(recording: Recording, parameters: TrackerParameters) -> list[list[Measurement]]:
@@ -78,26 +97,23 @@ def measurements(recording: Recording, parameters: TrackerParameters) -> list[li
 
     turning = recording.scenario.lidar3d
     rays: np.ndarray = turning.directions().astype(np.float32) if turning else np.empty((0, 3))
+    T_base_turning = turning.pose_in_base() if turning else np.eye(4)
 
-    def seen(raw: Raw) -> tuple[np.ndarray, View | None]:
-        if turning and raw.sensor == turning.name:
-            returned = np.isfinite(raw.data)
-            cloud = rays[returned] * raw.data[returned, None]
-            return cloud_points(cloud, turning.pose_in_base(), sources[raw.sensor]), None
+    def measurement(raw: Raw) -> Measurement:
+        source = sources[raw.sensor]
+        if raw.sensor in lidars:
+            return scan_measurement(lidars[raw.sensor], raw.data, source, raw.stamp, raw.pose)
         if raw.sensor in cameras:
             pose = cameras[raw.sensor].pose_in_base()
             view = CloudView.of(raw.data, pose)
-            return cloud_points(raw.data, pose, sources[raw.sensor]), view
-        lidar = lidars[raw.sensor]
-        first, second = lidar.angles()[:2]
-        pose = lidar.pose_in_base()
-        points = scan_points(raw.data, first, second - first, pose, sources[raw.sensor])
-        return points, ScanView.of(points, (lidar.x, lidar.y))
+            points = cloud_points(raw.data, pose, source)
+            return Measurement(raw.sensor, raw.stamp, raw.pose, points, view)
+        returned = np.isfinite(raw.data)
+        cloud = rays[returned] * raw.data[returned, None]
+        points = cloud_points(cloud, T_base_turning, source)
+        return Measurement(raw.sensor, raw.stamp, raw.pose, points)
 
-    return [
-        [Measurement(raw.sensor, raw.stamp, raw.pose, *seen(raw)) for raw in cycle]
-        for cycle in recording.raw
-    ]
+    return [[measurement(raw) for raw in cycle] for cycle in recording.raw]
 
 
 def follow(recording: Recording, parameters: TrackerParameters) -> list[Told]:

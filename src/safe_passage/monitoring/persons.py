@@ -28,6 +28,7 @@ class PersonLabelParameters:
     standing_half_life: float = 20.0  # [s] of one that stands
     left_half_life: float = 2.0  # [s] of one that stands where a person has gone from
     walking_speed: float = 0.25  # [m/s] from which on a track walks
+    walker_probability: float = 0.0  # of who walks where no camera looks; 0: not known
     denial: float = 1.5  # [1/s] log-odds lost while a camera looks at a track and sees nobody
     birth_reach: float = 0.8  # [m] from a person to a new track that may have come from it
     birth_time: float = 1.0  # [s] that such a track is labelled whatever it does
@@ -43,6 +44,7 @@ class PersonLabelParameters:
         for half_life in ("moving_half_life", "standing_half_life", "left_half_life"):
             check_range(half_life, getattr(self, half_life), 0.01, 1e5, "s")
         check_range("walking_speed", self.walking_speed, 0.0, 5.0, "m/s")
+        check_range("walker_probability", self.walker_probability, 0.0, 0.9999, "")
         check_range("denial", self.denial, 0.0, 100.0, "1/s")
         check_range("birth_reach", self.birth_reach, 0.0, 5.0, "m")
         check_range("birth_time", self.birth_time, 0.0, 60.0, "s")
@@ -93,6 +95,8 @@ class PersonLabels:
       walks, or when the first is no longer seen: it may be the person, who put a trolley there.
       Standing, the one that is left fades quickly, until a detection falls on it.
     - A detection that falls on the child while none falls on the other moves the label as well.
+    - With `walker_probability` whatever is of a person's size and walks is taken for one until a
+      camera that looks at it sees nobody: cameras look ahead, people come from everywhere.
     """
 
     def __init__(self, parameters: PersonLabelParameters) -> None:
@@ -127,6 +131,7 @@ class PersonLabels:
             for lost in self._take(look, snapshot, places, index)
         ]
         self._hand_over(snapshot, places, index)
+        self._suppose(snapshot, places, index)
         self._forget(index)
         self._last = snapshot.stamp
         return self._persons(snapshot, places, ids, unattached)
@@ -206,6 +211,17 @@ class PersonLabels:
             walks = self._walks(snapshot, places, i)
             if seen[i] and snapshot.confirmed[i] and (alone or walks):
                 self._leave(self._parents.pop(child), child)
+
+    def _suppose(self, snapshot: Snapshot, places: Places, index: dict[int, int]) -> None:
+        """Label who walks where no camera has looked."""
+        if self._p.walker_probability < self._p.person_threshold:
+            return
+        odds = _log_odds(self._p.walker_probability)
+        fits = snapshot.confirmed & (places.size <= self._p.person_size)
+        for number in index.keys() - self._looked.keys():
+            i, label = index[number], self._labels.get(number, _Label(0.0, -math.inf, None))
+            if fits[i] and label.odds < odds and self._walks(snapshot, places, i):
+                self._labels[number] = replace(label, odds=odds)
 
     def _leave(self, parent: int | None, child: int) -> None:
         """The child is as much a person as its parent, which may no longer be one."""

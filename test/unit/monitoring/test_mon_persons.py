@@ -149,6 +149,44 @@ def test_a_camera_that_sees_nobody_there_ends_the_label_soon():
     assert elsewhere.labelled[0]
 
 
+WALKER = Thing(1, 3.0, vx=0.8, moving=True)
+
+
+def after_walking(*things, looks=(), stamp=6.0):
+    return after(labels(walker_probability=0.9), stamp, *things, looks=looks).labelled.tolist()
+
+
+def test_by_default_who_walks_is_nobody_until_a_detector_says_so():
+    assert not after(labels(), 1.0, WALKER).labelled.any()
+
+
+def test_who_walks_where_no_camera_looks_may_be_taken_for_a_person():
+    standing, long, unproved = (
+        Thing(2, 4.0),
+        Thing(3, 2.0, 3.0, vx=0.8, moving=True, size=4.0),
+        Thing(4, 2.0, -3.0, vx=0.8, moving=True, confirmed=False),
+    )
+    found = after_walking(WALKER, standing, long, unproved, looks=[looking(AWAY)])
+    assert found == [True, False, False, False]
+
+
+def test_who_walks_for_long_stays_a_person():
+    assert after_walking(WALKER, stamp=300.0) == [True]
+
+
+def test_a_walker_whom_a_camera_does_not_see_as_a_person_is_none_for_good():
+    judge = labels(walker_probability=0.9)
+    assert not after(judge, 6.0, WALKER, looks=[looking(AHEAD)]).labelled[0]
+    assert not after(judge, 60.0, WALKER, start=6.0).labelled[0]
+
+
+def test_a_walker_who_stops_is_a_person_for_half_a_minute():
+    judge = labels(walker_probability=0.9)
+    after(judge, 6.0, WALKER)
+    assert after(judge, 36.0, Thing(1, 3.0), start=6.0).labelled[0]
+    assert not after(judge, 96.0, Thing(1, 3.0), start=36.0).labelled[0]
+
+
 @pytest.mark.parametrize(
     "hidden",
     [Thing(2, 1.5, 0.0), Thing(2, 0.8, 0.0, misses=3)],
