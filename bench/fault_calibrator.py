@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import rospy
-from actionlib_msgs.msg import GoalStatus
 from arm_world import SeenArm
 from box_arm import ARM, POSES, T_ROOT_CAMERA, off
 from safe_passage.evaluation.calibration_trials import errors
 from safe_passage.msg import (
     CalibrateCameraActionGoal,
     CalibrateCameraActionResult,
-    CalibrateCameraResult,
 )
 from safe_passage.robot_model import load_robot_model
 from safe_passage.ros.conversions import from_transform, to_header
@@ -19,11 +17,12 @@ from safe_passage.simulation.robots import CameraModel
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from tf2_msgs.msg import TFMessage
 
-from bench.fault_subject import Check, Input, Seen, Sent, Stated, Subject, of
+from bench.fault_answers import Answers
+from bench.fault_subject import Check, Input, Seen, Sent, Stated, Subject
 from bench.fault_transforms import huge
 
 NODE = "camera_calibrator"
-ANSWER = f"{NODE}/calibrate/result"
+ANSWERS = Answers(f"{NODE}/calibrate/result", lambda result: result, "verdict", "why")
 TICK = 0.1  # [s] simulated
 HOLD = 2  # steps that the arm stands in a pose
 WANTED = 4  # poses
@@ -55,33 +54,35 @@ class CameraCalibratorSubject(Subject):
     recovery, judged = 2.0 * BETWEEN * TICK, (BETWEEN + 8) * TICK
 
     def __init__(self) -> None:
-        self.outputs = {ANSWER: CalibrateCameraActionResult}
+        self.outputs = {ANSWERS.topic: CalibrateCameraActionResult}
         guess = off(T_ROOT_CAMERA, *OFF)
         self._arm = SeenArm(
             load_robot_model(ARM, {}), POSES[:WANTED], T_ROOT_CAMERA, guess, "robot1/", CAMERA
         )
         self._goals = 0
         well = Stated(self.healthy, told=False)
-        no_input, no_guess = refused("NO_INPUT"), refused("NO_GUESS")
+        no_input, no_guess = ANSWERS.refused("NO_INPUT"), ANSWERS.refused("NO_GUESS")
         kept = {name: well for name in ("silent", "stale", "future", "wrong frame")}
         kept.update({name: Stated(self.healthy, told=True) for name in ("NaN", "empty")})
         # both ends of the gap to a transform ahead are told, and the camera stands meanwhile
         ahead = {"future": Stated(lambda _: "", told=False)}
         # half of the moments are known: too few poses may be
         half = {"out of order": Stated(self._well_or("TOO_FEW_POSES"), told=False)}
-        no_sense = {name: Stated(refused("BAD_GOAL"), told=False) for name in ("NaN", "huge")}
+        no_sense = {
+            name: Stated(ANSWERS.refused("BAD_GOAL"), told=False) for name in ("NaN", "huge")
+        }
         kinds = (
             ("tf", "/tf", TFMessage, self._tf, no_guess, ahead),
             ("joints", "joint_states", JointState, self._joints, no_input,
              {"wrong frame": well, **half}),
             ("camera_info", "depth/camera_info", CameraInfo, self._arm.info, no_input, kept),
             ("image", "depth/image_rect", Image, self._image, no_input,
-             {"NaN": Stated(refused("NOT_SEEN"), told=False),
+             {"NaN": Stated(ANSWERS.refused("NOT_SEEN"), told=False),
               "wrong frame": Stated(no_guess, told=False), **half}),
         )  # fmt: skip
         goal = Input(
             "goal", f"{NODE}/calibrate/goal", CalibrateCameraActionGoal, self._goal, GONE,
-            no_answer, told=False, stated=no_sense, every=BETWEEN,
+            ANSWERS.none, told=False, stated=no_sense, every=BETWEEN,
             special={"huge": lambda goal, _: huge(goal, 0)},  # every one: goals are rare
             without=dict.fromkeys(("stale", "future", "out of order"), UNREAD),
         )  # fmt: skip
@@ -113,21 +114,21 @@ class CameraCalibratorSubject(Subject):
         return goal
 
     def healthy(self, seen: Seen) -> str:
-        answers = answers_in(seen)
+        answers = ANSWERS.seen(seen)
         if not answers:
             return "no answer"
         return "" if answers[-1].success else f"{answers[-1].verdict}: {answers[-1].why}"
 
     def _well_or(self, *verdicts: str) -> Check:
         def check(seen: Seen) -> str:
-            return self.healthy(seen) and refused(*verdicts)(seen)
+            return self.healthy(seen) and ANSWERS.refused(*verdicts)(seen)
 
         return check
 
     def wrong(self, seen: Seen, sent: list[Sent]) -> str:
         """A camera that is elsewhere; a result that does not say what it is."""
         del sent
-        for one in answers_in(seen):
+        for one in ANSWERS.seen(seen):
             if one.success != (one.verdict == "OK") or not one.why:
                 return f"verdict {one.verdict!r}, success {one.success}, {one.why!r}"
             if one.success:
@@ -137,30 +138,6 @@ class CameraCalibratorSubject(Subject):
                 if any(error > near for error, near in zip(away, NEAR)):
                     return f"the camera is {away[0]:.3f} m, {np.degrees(away[1]):.1f} deg off"
         return ""
-
-
-def refused(*verdicts: str) -> Check:
-    """Every goal is refused for one of these."""
-
-    def check(seen: Seen) -> str:
-        answers = answers_in(seen)
-        others = [one for one in answers if one.verdict not in verdicts]
-        if not answers:
-            return "no answer"
-        return f"{others[0].verdict}: {others[0].why}" if others else ""
-
-    return check
-
-
-def no_answer(seen: Seen) -> str:
-    """Nobody has asked."""
-    answers = answers_in(seen)
-    return f"{len(answers)} answers" if answers else ""
-
-
-def answers_in(seen: Seen) -> list[CalibrateCameraResult]:
-    """Without those to goals that never began, since others came: these are actionlib's own."""
-    return [a.result for a in of(ANSWER, seen) if a.status.status != GoalStatus.RECALLED]
 
 
 def _step(stamp: rospy.Time) -> int:

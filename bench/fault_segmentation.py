@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import rospy
-from actionlib_msgs.msg import GoalStatus
 from rotating_scanner import SCANNER
 from safe_passage.evaluation.segmentation_places import garage
 from safe_passage.msg import (
@@ -23,11 +22,15 @@ from safe_passage.simulation.scan_scene import scan_place
 from sensor_msgs.msg import PointCloud2
 from tf2_msgs.msg import TFMessage
 
+from bench.fault_answers import Answers
 from bench.fault_subject import Check, Input, Seen, Sent, Stated, Subject, of
 from bench.fault_transforms import Transform, faults_of
 
 NODE = "scan_segmentation_server"
-ANSWER, RESULT = f"{NODE}/segment_scan/result", f"{NODE}/result"
+RESULT = f"{NODE}/result"
+ANSWERS = Answers(
+    f"{NODE}/segment_scan/result", lambda result: result.segmentation, "reason", "text"
+)
 FRAME, LEVEL = "scanner", "odom"
 MAX_AGE = 3.0  # [s] for which a cloud is the latest
 DOOR, WIDTH = 4.0, 0.90  # [m] ahead, wide
@@ -50,7 +53,7 @@ class SegmentationServerSubject(Subject):
     own_cloud = False  # of the goals
 
     def __init__(self) -> None:
-        self.outputs = {ANSWER: SegmentScanActionResult, RESULT: ScanSegmentation}
+        self.outputs = {ANSWERS.topic: SegmentScanActionResult, RESULT: ScanSegmentation}
         scan, _ = scan_place(garage(), replace(SCANNER, lines=LINES), 11)
         beta = np.repeat(scan.beta[:, None], scan.points.shape[1], axis=1)
         self._assembled = Assembled(scan, beta, 0.0, 0.0)
@@ -63,7 +66,7 @@ class SegmentationServerSubject(Subject):
         )  # fmt: skip
         goal = Input(
             "goal", f"{NODE}/segment_scan/goal", SegmentScanActionGoal, self._goal, 1.0,
-            refused(BAD_CLOUD), told=False,
+            ANSWERS.refused(BAD_CLOUD), told=False,
         )  # fmt: skip
         self.inputs = (tf, *self._others(goal))
 
@@ -72,7 +75,7 @@ class SegmentationServerSubject(Subject):
         return MAX_AGE + self.tick
 
     def _lost(self) -> Check:
-        return refused(NO_CLOUD)
+        return ANSWERS.refused(NO_CLOUD)
 
     def _others(self, goal: Input) -> tuple[Input, ...]:
         cloud = Input(
@@ -80,7 +83,7 @@ class SegmentationServerSubject(Subject):
             self._lost(), told=False,
         )  # fmt: skip
         # goals of a topic's cloud say nothing themselves: they can be lost, or come twice
-        silent = Stated(no_answer, told=False)
+        silent = Stated(ANSWERS.none, told=False)
         keep = {"silent": silent}
         faults = {"silent", "slow", "duplicated"}
         others = set(faults_of(goal.make(rospy.Time(1)))) - faults
@@ -100,7 +103,7 @@ class SegmentationServerSubject(Subject):
         return goal
 
     def healthy(self, seen: Seen) -> str:
-        answers, results = answers_in(seen), of(RESULT, seen)
+        answers, results = ANSWERS.seen(seen), of(RESULT, seen)
         if not answers or not results:
             return "no answer or no result"
         for last in (answers[-1], results[-1]):
@@ -111,7 +114,7 @@ class SegmentationServerSubject(Subject):
     def wrong(self, seen: Seen, sent: list[Sent]) -> str:
         """A door that is elsewhere, a success of nothing, a refusal with something in it."""
         del sent
-        for one in [*answers_in(seen), *of(RESULT, seen)]:
+        for one in [*ANSWERS.seen(seen), *of(RESULT, seen)]:
             if one.success != (one.reason == OK) or not one.text:
                 return f"reason {one.reason}, success {one.success}, {one.text!r}"
             doors = [door for door in one.doors if abs(door.width - WIDTH) < NEAR]
@@ -132,7 +135,7 @@ class SegmentationGoalSubject(SegmentationServerSubject):
         return self.tick
 
     def _lost(self) -> Check:
-        return refused(NO_TF)
+        return ANSWERS.refused(NO_TF)
 
     def _others(self, goal: Input) -> tuple[Input, ...]:
         special = {
@@ -142,8 +145,11 @@ class SegmentationGoalSubject(SegmentationServerSubject):
         }
         well = Stated(self.healthy, told=False)
         stated = {
-            "silent": Stated(no_answer, told=False),
-            **{name: Stated(refused(NO_TF), told=False) for name in ("wrong frame", "future")},
+            "silent": Stated(ANSWERS.none, told=False),
+            **{
+                name: Stated(ANSWERS.refused(NO_TF), told=False)
+                for name in ("wrong frame", "future")
+            },
             **{name: well for name in ("stale", "out of order")},  # who asks may ask of old clouds
         }
         return (copy_of(goal, stated=stated, special=special),)
@@ -167,31 +173,6 @@ def in_goal(fault: Transform) -> Transform:
 def copy_of(one: Input, **values: Any) -> Input:
     """The input with other values."""
     return Input(**{**one.__dict__, **values})
-
-
-def refused(*reasons: int) -> Check:
-    """Every goal is refused for one of these reasons."""
-
-    def check(seen: Seen) -> str:
-        answers = answers_in(seen)
-        others = [one for one in answers if one.reason not in reasons]
-        if not answers:
-            return "no answer"
-        return f"reason {others[0].reason}: {others[0].text}" if others else ""
-
-    return check
-
-
-def answers_in(seen: Seen) -> list[ScanSegmentation]:
-    """Without those to goals that never began, since others came: these are actionlib's own."""
-    answers = of(ANSWER, seen)
-    return [a.result.segmentation for a in answers if a.status.status != GoalStatus.RECALLED]
-
-
-def no_answer(seen: Seen) -> str:
-    """Nobody has asked."""
-    answers = of(ANSWER, seen)
-    return f"{len(answers)} answers" if answers else ""
 
 
 def _level(stamp: rospy.Time) -> TFMessage:
