@@ -1,10 +1,13 @@
 """What the node tests share: transforms, costmaps, diagnostics, and waiting for them."""
 
 import subprocess
+import tempfile
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
+import roslaunch
 import roslib.packages
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -114,6 +117,21 @@ def wait_until(news, reached, what, step=None):
             raise AssertionError(f"waited in vain for {what() if callable(what) else what}")
         if step:
             step()
+
+
+def launch_for(test, *files):
+    """Start (FILE, ARGUMENTS) for a class of tests: for those that write what is launched."""
+    run = rospy.get_param("/run_id")
+    launched = roslaunch.parent.ROSLaunchParent(run, list(files), is_core=False)
+    launched.start(auto_terminate=False)
+    test.addClassCleanup(launched.shutdown)
+
+
+def folder_for(test):
+    """A new folder that goes when a class of tests is done, after what was launched since."""
+    folder = tempfile.TemporaryDirectory()
+    test.addClassCleanup(folder.cleanup)
+    return Path(folder.name)
 
 
 def output_of_refusal(program, *arguments):

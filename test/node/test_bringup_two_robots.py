@@ -2,14 +2,12 @@
 """Two simulated robots of bringup.launch on one master: both work, neither hears the other."""
 
 import sys
-import tempfile
 import threading
 import unittest
 from pathlib import Path
 
 import numpy as np
 import rosgraph
-import roslaunch
 import rospkg
 import rospy
 import rostest
@@ -17,7 +15,7 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
-from node_testing import wait_until
+from node_testing import folder_for, launch_for, wait_until
 from safe_passage.msg import PersonArray, SeparationState, TrackedObstacleArray
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
@@ -87,16 +85,7 @@ class TwoRobotsTest(unittest.TestCase):
             rospy.Subscriber(topic, TFMessage, cls.on_tf)
         rospy.Subscriber("/diagnostics", DiagnosticArray, cls.on_diagnostics)
         cls.command = rospy.Publisher("/robot1/cmd_vel_raw", Twist, queue_size=1)
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.launched = roslaunch.parent.ROSLaunchParent(
-            rospy.get_param("/run_id"), [(write(Path(cls.folder.name)), [])], is_core=False
-        )
-        cls.launched.start(auto_terminate=False)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.launched.shutdown()
-        cls.folder.cleanup()
+        launch_for(cls, (write(folder_for(cls)), []))
 
     @classmethod
     def receive(cls, message, whose):

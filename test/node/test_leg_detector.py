@@ -7,12 +7,11 @@ import tempfile
 import threading
 import unittest
 
-import roslaunch
 import rospkg
 import rospy
 import rostest
 from leg_models import look, make_leg_model
-from node_testing import Diagnostics, output_of_refusal, wait_until
+from node_testing import Diagnostics, folder_for, launch_for, output_of_refusal, wait_until
 from rosgraph_msgs.msg import Clock
 from safe_passage.msg import Person, PersonArray
 from sensor_msgs.msg import LaserScan
@@ -47,17 +46,8 @@ class LegDetectorTest(unittest.TestCase):
         cls.scan_pub = rospy.Publisher("scan", LaserScan, queue_size=10)
         rospy.Subscriber("persons", PersonArray, cls.on_persons)
         rospy.Subscriber("leg_detector/markers", MarkerArray, cls.on_markers)
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.model = make_leg_model(cls.folder.name)
-        cls.launched = roslaunch.parent.ROSLaunchParent(
-            rospy.get_param("/run_id"), [(LAUNCH, [f"model:={cls.model}"])], is_core=False
-        )
-        cls.launched.start(auto_terminate=False)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.launched.shutdown()
-        cls.folder.cleanup()
+        cls.model = make_leg_model(folder_for(cls))
+        launch_for(cls, (LAUNCH, [f"model:={cls.model}"]))
 
     @classmethod
     def on_persons(cls, array):

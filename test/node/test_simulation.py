@@ -3,14 +3,12 @@
 
 import math
 import sys
-import tempfile
 import threading
 import unittest
 from pathlib import Path
 
 import actionlib
 import numpy as np
-import roslaunch
 import rospkg
 import rospy
 import rostest
@@ -20,7 +18,7 @@ from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid, Odometry
-from node_testing import output_of_refusal, wait_until
+from node_testing import folder_for, launch_for, output_of_refusal, wait_until
 from rosgraph_msgs.msg import Clock
 from safe_passage.msg import PersonArray
 from sensor_msgs.msg import CameraInfo, Image, LaserScan
@@ -60,26 +58,17 @@ class SimulationTest(unittest.TestCase):
             rospy.Subscriber(topic, kind, cls.receive, callback_args=topic)
         cls.command_pub = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         cls.goal_pub = rospy.Publisher("move_base_simple/goal", PoseStamped, queue_size=1)
-        cls.folder = tempfile.TemporaryDirectory()
-        world = cls.world = Path(cls.folder.name) / "hall.yaml"
+        world = cls.world = folder_for(cls) / "hall.yaml"
         world.write_text(yaml.safe_dump(WORLD))
         rospy.set_param(  # beside what the launch file sets
             "warehouse_sim/faults", [{"kind": "latency", "target": "camera", "value": LATE}]
         )
-        files = [
+        launch_for(
+            cls,
             (str(PACKAGE / "launch/warehouse_sim.launch"), [f"world:={world}"]),
             (str(PACKAGE / "launch/navigation.launch"), ["scan_human_aware:=scan"]),
-        ]
-        cls.launched = roslaunch.parent.ROSLaunchParent(
-            rospy.get_param("/run_id"), files, is_core=False
         )
-        cls.launched.start(auto_terminate=False)
         cls.client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.launched.shutdown()
-        cls.folder.cleanup()
 
     @classmethod
     def receive(cls, message, topic):
