@@ -8,7 +8,7 @@ import dataclasses
 import math
 from typing import Any, Iterator, Mapping, TypeVar
 
-from safe_passage.core.errors import ParameterError
+from safe_passage.core.errors import ParameterError, shown
 
 T = TypeVar("T")
 
@@ -73,20 +73,20 @@ def check_range(name: str, value: float, least: float, most: float, unit: str) -
     _record(Check(name, least, most, unit))
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not number or math.isnan(value) or not least <= value <= most:
-        raise ParameterError(f"{name} is {value!r}, must lie in [{least}, {most}] {unit}")
+        raise ParameterError(f"{name} is {shown(value)}, must lie in [{least}, {most}] {unit}")
 
 
 def check_flag(name: str, value: Any) -> None:
     """Raise ParameterError unless `value` is true or false."""
     if not isinstance(value, bool):
-        raise ParameterError(f"{name} is {value!r}, must be true or false")
+        raise ParameterError(f"{name} is {shown(value)}, must be true or false")
 
 
 def check_text(name: str, value: Any, may_be_empty: bool = False) -> None:
     """Raise ParameterError unless `value` is a string (with content, unless told otherwise)."""
     if not isinstance(value, str) or not (value or may_be_empty):
         raise ParameterError(
-            f"{name} is {value!r}, must be a {'' if may_be_empty else 'non-empty '}string"
+            f"{name} is {shown(value)}, must be a {'' if may_be_empty else 'non-empty '}string"
         )
 
 
@@ -94,4 +94,6 @@ def check_choice(name: str, value: Any, choices: tuple) -> None:
     """Raise ParameterError unless `value` is one of `choices`."""
     _record(Check(name, choices=choices))
     if value not in choices:
-        raise ParameterError(f"{name} is {value!r}, must be one of {', '.join(map(str, choices))}")
+        raise ParameterError(
+            f"{name} is {shown(value)}, must be one of {', '.join(map(str, choices))}"
+        )

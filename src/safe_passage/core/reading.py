@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import yaml
 
-from safe_passage.core.errors import InputError, ParameterError
+from safe_passage.core.errors import InputError, ParameterError, shown
 from safe_passage.core.parameters import check_flag, check_text, from_mapping
 
 T = TypeVar("T")
@@ -64,7 +64,7 @@ def build(cls: type[T], entry: Any, where: str) -> T:
         ParameterError: names `where` and the key that is missing, not known or wrong.
     """
     if not isinstance(entry, Mapping):
-        raise ParameterError(f"{where} is {entry!r}, must be a mapping of keys to values")
+        raise ParameterError(f"{where} is {shown(entry)}, must be a mapping of keys to values")
     fields = {field.name: field for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
     if not set(entry) <= set(fields):
         from_mapping(cls, entry, where)  # names the one that is not known
@@ -82,7 +82,7 @@ def build(cls: type[T], entry: Any, where: str) -> T:
 def build_list(cls: type[T], entries: Any, where: str) -> tuple[T, ...]:
     """The same of each entry of a list; nothing at all is an empty one."""
     if not isinstance(entries, (list, tuple, type(None))):
-        raise ParameterError(f"{where} is {entries!r}, must be a list")
+        raise ParameterError(f"{where} is {shown(entries)}, must be a list")
     return tuple(build(cls, entry, f"{where}[{i}]") for i, entry in enumerate(entries or ()))
 
 
@@ -92,12 +92,12 @@ def _typed(kind: str, value: Any, name: str) -> Any:
         return _typed_tuple(kind[len("tuple[") : -1], value, name)
     if kind == "float":
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ParameterError(f"{name} is {value!r}, must be a number")
+            raise ParameterError(f"{name} is {shown(value)}, must be a number")
         if not math.isfinite(value):
-            raise ParameterError(f"{name} is {value!r}, must be finite")
+            raise ParameterError(f"{name} is {shown(value)}, must be finite")
         return float(value)
     if kind == "int" and (isinstance(value, bool) or not isinstance(value, int)):
-        raise ParameterError(f"{name} is {value!r}, must be a whole number")
+        raise ParameterError(f"{name} is {shown(value)}, must be a whole number")
     if kind == "bool":
         check_flag(name, value)
     if kind == "str":
@@ -108,11 +108,11 @@ def _typed(kind: str, value: Any, name: str) -> Any:
 def _typed_tuple(inner: str, value: Any, name: str) -> tuple:
     """`inner`: "KIND, KIND" for so many values, or "KIND, ..." for any number."""
     if not isinstance(value, Sequence) or isinstance(value, str):
-        raise ParameterError(f"{name} is {value!r}, must be a list")
+        raise ParameterError(f"{name} is {shown(value)}, must be a list")
     repeated = inner.endswith(", ...")
     kinds = [inner[: -len(", ...")]] * len(value) if repeated else inner.split(", ")
     if len(kinds) != len(value):
-        raise ParameterError(f"{name} is {value!r}, must hold {len(kinds)} values")
+        raise ParameterError(f"{name} is {shown(value)}, must hold {len(kinds)} values")
     return tuple(
         _typed(kind, one, f"{name}[{i}]") for i, (kind, one) in enumerate(zip(kinds, value))
     )

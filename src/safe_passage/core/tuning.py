@@ -12,7 +12,7 @@ from collections import defaultdict
 from typing import Any, Mapping, TypeVar
 
 from safe_passage.core.described import Description, described_as
-from safe_passage.core.errors import ParameterError
+from safe_passage.core.errors import ParameterError, shown
 
 T = TypeVar("T")
 
@@ -101,9 +101,9 @@ def _typed(parameters: Any, name: str, value: Any) -> Any:
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if kind == "float":
         if not number or not math.isfinite(value):
-            raise ParameterError(f"{name} is {value!r}, must be a finite number")
+            raise ParameterError(f"{name} is {shown(value)}, must be a finite number")
         return float(value)
     wanted = {"int": int, "bool": bool, "str": str}.get(kind)
     if wanted is None or type(value) is not wanted:
-        raise ParameterError(f"{name} is {value!r}, must be {kind}")
+        raise ParameterError(f"{name} is {shown(value)}, must be {kind}")
     return value

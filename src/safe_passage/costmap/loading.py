@@ -6,7 +6,7 @@ import ast
 from dataclasses import dataclass
 from typing import Any, Mapping, Sequence
 
-from safe_passage.core.errors import ParameterError
+from safe_passage.core.errors import ParameterError, shown
 from safe_passage.costmap.parameters import (
     CostmapParameters,
     FootprintParameters,
@@ -91,7 +91,7 @@ class _Reader:
             isinstance(p, Mapping) and {"name", "type"} <= set(p) for p in listed
         ):
             raise ParameterError(
-                f"plugins is {listed!r}, must be a list of {{name: ..., type: ...}}"
+                f"plugins is {shown(listed)}, must be a list of {{name: ..., type: ...}}"
             )
         return [(str(plugin["name"]), str(plugin["type"])) for plugin in listed]
 
@@ -139,7 +139,7 @@ class _Reader:
         listed = values.get("observation_sources", "")
         if not isinstance(listed, str):
             raise ParameterError(
-                f"{name}/observation_sources is {listed!r}, must be names separated by spaces"
+                f"{name}/observation_sources is {shown(listed)}, must be names separated by spaces"
             )
         sources = tuple(self._source(name, source, values) for source in listed.split())
         if not sources:
@@ -196,7 +196,7 @@ def _namespace(values: Mapping[str, Any], name: str, above: str = "") -> Mapping
     inner = values.get(name) or {}
     if not isinstance(inner, Mapping):
         path = f"{above}/{name}" if above else name
-        raise ParameterError(f"{path} is {inner!r}, must be a namespace of parameters")
+        raise ParameterError(f"{path} is {shown(inner)}, must be a namespace of parameters")
     return inner
 
 
@@ -212,5 +212,5 @@ def _points(value: Any) -> tuple[Point, ...]:
         return tuple((float(x), float(y)) for x, y in listed or ())
     except (ValueError, TypeError, SyntaxError):
         raise ParameterError(
-            f"footprint is {value!r}, must be a list of points [x, y] in m"
+            f"footprint is {shown(value)}, must be a list of points [x, y] in m"
         ) from None

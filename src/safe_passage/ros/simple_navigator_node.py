@@ -12,7 +12,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 
-from safe_passage.core.errors import ParameterError
+from safe_passage.core.errors import ParameterError, shown
 from safe_passage.core.geometry import Pose, compose, inverse
 from safe_passage.core.grid import GridMap
 from safe_passage.core.parameters import from_mapping
@@ -207,6 +207,6 @@ def _as_tuples(values: dict) -> dict:
         return {**values, "footprint": tuple((float(x), float(y)) for x, y in footprint)}
     except (TypeError, ValueError):
         raise ParameterError(
-            f"parameter {rospy.resolve_name(PARAMETERS)}/footprint is {footprint!r}, "
+            f"parameter {rospy.resolve_name(PARAMETERS)}/footprint is {shown(footprint)}, "
             "must be a list of [x, y] in m"
         ) from None

@@ -20,7 +20,7 @@ from std_srvs.srv import Empty, EmptyResponse
 from visualization_msgs.msg import MarkerArray
 
 import safe_passage._person_detection as detection
-from safe_passage.core.errors import ParameterError
+from safe_passage.core.errors import ParameterError, shown
 from safe_passage.core.geometry import compose, inverse, matrix
 from safe_passage.core.parameters import check_flag, check_range, check_text
 from safe_passage.msg import PersonArray
@@ -57,7 +57,7 @@ class WarehouseSimParameters:
         check_text("world", self.world)
         check_text("robot", self.robot)
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            raise ParameterError(f"seed is {self.seed!r}, must be a whole number from 0 on")
+            raise ParameterError(f"seed is {shown(self.seed)}, must be a whole number from 0 on")
         check_flag("follow_clock", self.follow_clock)
         check_range("real_time_factor", self.real_time_factor, 0.01, 100.0, "")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Mapping
 
-from safe_passage.core.errors import ParameterError
+from safe_passage.core.errors import ParameterError, shown
 from safe_passage.core.reading import build, read_yaml
 from safe_passage.scan_segmentation.parameters import RobotConfiguration, SegmentationParameters
 
@@ -37,7 +37,7 @@ def configuration(
             )
     entries = values.get("robots")
     if not isinstance(entries, dict) or not entries:
-        raise ParameterError(f"parameter {where}robots is {entries!r}: needs robots, by name")
+        raise ParameterError(f"parameter {where}robots is {shown(entries)}: needs robots, by name")
     robots = {
         str(name): build(RobotConfiguration, entry, f"{where}robots/{name}")
         for name, entry in entries.items()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Mapping
 
-from safe_passage.core.errors import ParameterError
+from safe_passage.core.errors import ParameterError, shown
 from safe_passage.core.parameters import check_flag, check_range, check_text
 
 
@@ -32,7 +32,9 @@ class SelfFilterParameters:
     def __post_init__(self) -> None:
         check_range("padding", self.padding, 0.0, 0.5, "m")
         if not isinstance(self.link_padding, Mapping):
-            raise ParameterError(f"link_padding is {self.link_padding!r}, must be link: padding")
+            raise ParameterError(
+                f"link_padding is {shown(self.link_padding)}, must be link: padding"
+            )
         check_flag("visual", self.visual)
         for link, padding in self.link_padding.items():
             check_range(f"link_padding/{link}", padding, 0.0, 0.5, "m")

@@ -12,7 +12,7 @@ from typing import Any, Collection, Sequence
 
 import numpy as np
 
-from safe_passage.core.errors import ParameterError
+from safe_passage.core.errors import ParameterError, shown
 from safe_passage.core.parameters import check_choice, check_range
 from safe_passage.core.reading import build_list
 
@@ -45,10 +45,12 @@ class Fault:
         if limits is not None:
             check_range("value", self.value, *limits)
         elif self.value != 0.0:
-            raise ParameterError(f"value is {self.value!r}, but a {self.kind} takes none")
+            raise ParameterError(f"value is {shown(self.value)}, but a {self.kind} takes none")
         if (self.kind in OF_A_SENSOR) != bool(self.target):
             need = "the name of a sensor" if self.kind in OF_A_SENSOR else "left out"
-            raise ParameterError(f"target is {self.target!r}, must be {need} for a {self.kind}")
+            raise ParameterError(
+                f"target is {shown(self.target)}, must be {need} for a {self.kind}"
+            )
 
     def at(self, time: float) -> bool:
         """Whether it acts at `time` [s]."""
@@ -114,6 +116,6 @@ def make_fault_plan(
         if fault.target and fault.target not in targets:
             known = ", ".join(sorted(targets))
             raise ParameterError(
-                f"parameter {where}[{i}]/target is {fault.target!r}, must be one of {known}"
+                f"parameter {where}[{i}]/target is {shown(fault.target)}, must be one of {known}"
             )
     return FaultPlan(faults, seed)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Mapping, Sequence
 
-from safe_passage.core.errors import ParameterError, SafePassageError
+from safe_passage.core.errors import ParameterError, SafePassageError, shown
 from safe_passage.core.reading import read_yaml
 from safe_passage.simulation.robots import Robot, load_robot
 
@@ -70,7 +70,9 @@ def load_robot_file(path: Path) -> RobotFile:
             known = ", ".join(("robot", *NODES))
             raise ParameterError(f"{path}: {key} is no node of bringup.launch; known are: {known}")
         if not isinstance(overlay, Mapping) or not overlay:
-            raise ParameterError(f"{path}: {key} is {overlay!r}, must be a mapping of parameters")
+            raise ParameterError(
+                f"{path}: {key} is {shown(overlay)}, must be a mapping of parameters"
+            )
     return RobotFile(robot, overlays)
 
 

@@ -12,7 +12,7 @@ from typing import Any, Mapping, Sequence
 
 import numpy as np
 
-from safe_passage.core.errors import ParameterError
+from safe_passage.core.errors import ParameterError, shown
 from safe_passage.core.parameters import check_flag, check_range
 from safe_passage.core.reading import build, build_list, read_yaml
 
@@ -252,7 +252,7 @@ def load_robot(path: Path) -> Robot:
 def make_robot(values: Mapping[str, Any], where: str = "robot") -> Robot:
     """Build a robot of the yaml's contents; ParameterError names what is wrong in it."""
     if not isinstance(values, Mapping):
-        raise ParameterError(f"{where} is {values!r}, must be a mapping of keys to values")
+        raise ParameterError(f"{where} is {shown(values)}, must be a mapping of keys to values")
     built = dict(values)
     built["drive"] = build(DriveModel, built.get("drive") or {}, f"{where}/drive")
     for key, model in SENSORS_AND_PARTS.items():
