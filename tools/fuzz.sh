@@ -1,7 +1,7 @@
 # Sourced by tools/test: coverage-guided fuzzing (clang's libFuzzer) of C++ loaders and converters with
 # address and undefined sanitizers. Guided by our own code and headers: libraries are not built with it.
 
-fuzz_targets=(pcd_scan ply_scan pcd_frame cloud_message image_message scan_message)
+fuzz_targets=(pcd_scan ply_scan pcd_frame cloud_message image_message person_message scan_message)
 
 # $1: target.
 fuzz_build() {
@@ -11,6 +11,7 @@ fuzz_build() {
     pcd_frame) sources+=("$root/src/person_detection/frame_io.cpp") packages+=(opencv4) ;;
     cloud_message) sources+=("$root/src/ros/person_conversions.cpp" "$root/src/person_detection/ground_plane.cpp") packages+=(opencv4 roscpp) ;;
     image_message) sources+=("$root/src/ros/person_conversions.cpp" "$root/src/person_detection/"{ground_plane,frame_io}.cpp) packages+=(opencv4 cv_bridge roscpp) ;;
+    person_message) sources+=("$root/src/safety_area/"{person_memory,pipeline,scan_merger}.cpp "$root/src/separation/shape_distance.cpp") packages+=(roscpp) ;;
     scan_message) sources+=("$root/src/safety_area/scan_merger.cpp" "$root/src/separation/shape_distance.cpp") packages+=(roscpp) ;;
   esac
   local flags libraries

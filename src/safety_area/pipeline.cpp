@@ -24,8 +24,8 @@ std::vector<Circle> safety_areas(const std::vector<Person>& persons, double time
     const Eigen::Vector3d p_laser = pose.T_laser_fixed * person.position;
     const double distance = std::hypot(p_laser.x(), p_laser.y());
     const double robot_motion =
-        std::min(pose.age * (params.max_robot_speed + distance * params.max_robot_turn_rate),
-                 params.max_growth);
+        std::min(params.max_growth,  // first: also of a distance beyond what a double holds
+                 pose.age * (params.max_robot_speed + distance * params.max_robot_turn_rate));
     const double person_motion = params.growth_speed * std::max(0.0, time - person.stamp);
     const double radius = params.radius + person_motion + robot_motion;
     areas.push_back({p_laser.x(), p_laser.y(), radius});

@@ -350,6 +350,11 @@ TEST(Areas, GrowWithTheAgeOfTheRobotsPose) {
   EXPECT_NEAR(safety_areas({person(10, 2, 0)}, 10, pose, {})[0].radius, 2.2, 1e-12);
 }
 
+TEST(Areas, GrowNoFurtherForPersonsBeyondAllDistances) {
+  const auto area = safety_areas({person(10, 1.7e308, 1.7e308)}, 10, {}, {})[0];
+  EXPECT_EQ(area.radius, 2.2);
+}
+
 TEST(Areas, GrowWithTheAgeOfTheDetection) {
   AreaParameters params;
   params.growth_speed = 0.5;

@@ -1,7 +1,6 @@
 // Scans of the network, as safety_area_merger reads them: one comes out as long as it came in, and no
 // valid range grows.
 #include <fuzzer/FuzzedDataProvider.h>
-#include <geometry_msgs/Transform.h>
 #include <sensor_msgs/LaserScan.h>
 
 #include <cstdlib>

@@ -41,6 +41,7 @@ SEEDS = {
     "pcd_frame": lambda: pcd("rgb"),
     "cloud_message": lambda: [bytes(range(200))],
     "image_message": lambda: [bytes(range(200))],
+    "person_message": lambda: [bytes(range(200))],
     "scan_message": lambda: [bytes(range(200))],
 }
 

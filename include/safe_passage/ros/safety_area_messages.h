@@ -1,6 +1,7 @@
 // Between ROS messages and the safety areas' plain types.
 #pragma once
 
+#include <geometry_msgs/Transform.h>
 #include <safe_passage/PersonArray.h>
 #include <sensor_msgs/LaserScan.h>
 #include <visualization_msgs/MarkerArray.h>
