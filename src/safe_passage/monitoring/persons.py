@@ -30,6 +30,7 @@ class PersonLabelParameters:
     walking_speed: float = 0.25  # [m/s] from which on a track walks
     walker_probability: float = 0.0  # of who walks where no camera looks; 0: not known
     denial: float = 1.5  # [1/s] log-odds lost while a camera looks at a track and sees nobody
+    waiting_time: float = 5.0  # [s] that a detection on no track labels one that appears there
     birth_reach: float = 0.8  # [m] from a person to a new track that may have come from it
     birth_time: float = 1.0  # [s] that such a track is labelled whatever it does
     confirmation_time: float = (
@@ -46,6 +47,7 @@ class PersonLabelParameters:
         check_range("walking_speed", self.walking_speed, 0.0, 5.0, "m/s")
         check_range("walker_probability", self.walker_probability, 0.0, 0.9999, "")
         check_range("denial", self.denial, 0.0, 100.0, "1/s")
+        check_range("waiting_time", self.waiting_time, 0.0, 60.0, "s")
         check_range("birth_reach", self.birth_reach, 0.0, 5.0, "m")
         check_range("birth_time", self.birth_time, 0.0, 60.0, "s")
         check_range("confirmation_time", self.confirmation_time, 0.0, 60.0, "s")
@@ -85,7 +87,7 @@ class PersonLabels:
 
     - A detection falls on the nearest confirmed track of a person's size, where that was at the
       detection's time, and adds its log-odds. A wall is never labelled. What falls on no track is
-      handed on: nothing is lost.
+      handed on, and labels a track that appears there soon: nothing is lost.
     - Log-odds halve in a time: long while the track walks, shorter while it stands, as a thing
       does. Time alone never changes their sign; below the threshold the label ends.
     - They shrink faster while a camera looks at the track, nothing is between, and sees nobody.
@@ -116,7 +118,9 @@ class PersonLabels:
         self._labels: dict[int, _Label] = {}
         self._parents: dict[int, int] = {}  # id of a child -> id of the labelled track beside it
         self._known: set[int] = set()
+        self._told: set[int] = set()  # the confirmed of them
         self._looked: dict[int, float] = {}  # id -> [s] of the last look at its place
+        self._waiting: list[Unattached] = []  # detections of whom no lidar has seen yet
         self._last: float | None = None
 
     def update(self, snapshot: Snapshot, looks: Sequence[Look]) -> Persons:
@@ -125,11 +129,13 @@ class PersonLabels:
         index = {number: i for i, number in enumerate(ids)}
         self._fade(snapshot, places, index)
         self._note_births(places, index)
+        self._greet(snapshot, places, ids)
         unattached = [
             lost
             for look in sorted(looks, key=lambda look: look.stamp)
             for lost in self._take(look, snapshot, places, index)
         ]
+        self._wait(unattached)
         self._hand_over(snapshot, places, index)
         self._suppose(snapshot, places, index)
         self._forget(index)
@@ -159,6 +165,30 @@ class PersonLabels:
                     self._parents[number] = parent
                     self._labels[number] = _Label(self._weak, -math.inf, None, left=True)
         self._known = set(index)
+
+    def _greet(self, snapshot: Snapshot, places: Places, ids: list[int]) -> None:
+        """Label tracks that are told for the first time where a camera has seen somebody before."""
+        since = snapshot.stamp - self._p.waiting_time
+        self._waiting = [one for one in self._waiting if one.stamp >= since]
+        new = snapshot.confirmed & ~np.isin(snapshot.tracks.id, list(self._told))
+        self._told = set(snapshot.tracks.id[snapshot.confirmed].tolist())
+        if not self._waiting or not new.any():
+            return
+        seen = np.array([one.position for one in self._waiting])
+        chances = np.array([one.probability for one in self._waiting])
+        look = Look(snapshot.stamp, seen, chances)
+        owner = match(look, places, new & (places.size <= self._p.person_size), self._p.label_gate)
+        for one, i in zip(self._waiting, owner):
+            if i >= 0:
+                self._reinforce(ids[i], one.probability, one.stamp, one.said)
+        self._waiting = [one for one, i in zip(self._waiting, owner) if i < 0]
+
+    def _wait(self, lost: Sequence[Unattached]) -> None:
+        """The newest detection of each place counts."""
+        for new in lost:
+            apart = [math.dist(old.position, new.position) for old in self._waiting]
+            others = [old for old, d in zip(self._waiting, apart) if d > self._p.label_gate]
+            self._waiting = [*others, new]
 
     def _take(
         self, look: Look, snapshot: Snapshot, places: Places, index: dict[int, int]

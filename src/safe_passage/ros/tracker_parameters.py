@@ -24,7 +24,7 @@ LIVE = (  # may be changed while it runs; not sensors, robot, frames, grid, whic
     "person_labels/person_certainty", "person_labels/moving_half_life",
     "person_labels/standing_half_life", "person_labels/left_half_life",
     "person_labels/walking_speed", "person_labels/walker_probability", "person_labels/denial",
-    "person_labels/birth_reach",
+    "person_labels/waiting_time", "person_labels/birth_reach",
     "person_labels/birth_time", "person_labels/confirmation_time",
 )  # fmt: skip
 

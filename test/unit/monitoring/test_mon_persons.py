@@ -149,6 +149,48 @@ def test_a_camera_that_sees_nobody_there_ends_the_label_soon():
     assert elsewhere.labelled[0]
 
 
+def test_a_detection_waits_for_its_track():
+    """A camera sees over the boxes that hide the person from the lidar."""
+    judge = labels()
+    judge.update(scene(0.0, Thing(1, 5.0)), [look(0.0, (2.0, 0.0))])
+    after(judge, 3.0, Thing(1, 5.0))
+    here = Thing(2, 2.1)
+    assert not after(judge, 3.2, Thing(1, 5.0), replace(here, confirmed=False), start=3.0).labelled[
+        1
+    ]
+    assert after(judge, 3.4, Thing(1, 5.0), here, start=3.2).labelled.tolist() == [False, True]
+
+
+@pytest.mark.parametrize(
+    "late", [Thing(2, 3.0), Thing(2, 2.1, size=4.0)], ids=["elsewhere", "a wall"]
+)
+def test_what_appears_is_not_the_person_who_was_detected(late):
+    judge = labels()
+    judge.update(scene(0.0), [look(0.0, (2.0, 0.0))])
+    assert not after(judge, 1.0, late).labelled.any()
+
+
+def test_nobody_waits_for_long():
+    judge, here = labels(), Thing(2, 2.1)
+    judge.update(scene(0.0), [look(0.0, (2.0, 0.0))])
+    after(judge, 5.1)
+    assert not after(judge, 6.0, here, start=5.1).labelled.any()
+
+
+def test_however_often_one_is_seen_one_track_that_appears_is_the_person():
+    judge, here, other = labels(), Thing(2, 2.1), Thing(3, 2.0, 0.4)
+    for now in (0.0, 0.1, 0.2):
+        judge.update(scene(now), [look(now, (2.0, 0.0))])
+    assert after(judge, 0.3, here, start=0.2).labelled.tolist() == [True]
+    assert after(judge, 4.0, here, other, start=0.3).labelled.tolist() == [True, False]
+
+
+def test_what_stood_there_before_is_not_the_person():
+    judge, post = labels(), Thing(2, 2.1, size=4.0)
+    judge.update(scene(0.0, post), [look(0.0, (2.0, 0.0))])
+    assert not after(judge, 1.0, replace(post, size=0.3)).labelled.any()
+
+
 WALKER = Thing(1, 3.0, vx=0.8, moving=True)
 
 
