@@ -43,6 +43,8 @@ inline std::string said_age(double age) {
 }
 
 class NodeDiagnostics {
+  static constexpr double kTellAgain = 5.0;  // [s] of the wall between two warnings of an input
+
  public:
   // `timeout` [s]: an input silent, or without one usable message, for longer is an error.
   explicit NodeDiagnostics(double timeout) : timeout_(timeout), started_(ros::WallTime::now()) {
@@ -61,6 +63,7 @@ class NodeDiagnostics {
   }
 
   void count(const std::string& input, Outcome outcome, const std::string& detail = "") {
+    bool tell = false;  // by hand: ROS_WARN_THROTTLE is not made for several threads
     {
       std::lock_guard<std::mutex> lock(mutex_);
       Input& entry = inputs_[input];
@@ -69,9 +72,10 @@ class NodeDiagnostics {
       entry.last_detail = detail;
       entry.last = ros::WallTime::now();
       if (outcome == Outcome::kOk) entry.last_ok = entry.last;
+      tell = outcome != Outcome::kOk && (entry.last - entry.told).toSec() >= kTellAgain;
+      if (tell) entry.told = entry.last;
     }
-    if (outcome != Outcome::kOk)
-      ROS_WARN_THROTTLE(5.0, "%s: %s %s", input.c_str(), to_string(outcome), detail.c_str());
+    if (tell) ROS_WARN("%s: %s %s", input.c_str(), to_string(outcome), detail.c_str());
   }
 
   // [s] from the input's arrival to the output's publication.
@@ -90,7 +94,7 @@ class NodeDiagnostics {
     std::map<Outcome, unsigned long> outcomes;
     Outcome last_outcome = Outcome::kOk;
     std::string last_detail;
-    ros::WallTime last, last_ok;
+    ros::WallTime last, last_ok, told;
   };
 
   // What is wrong with an input; empty: nothing. Those nobody expects may be silent.
