@@ -100,8 +100,9 @@ class HumanSafetyChain:
         places = [compose(under_camera, (float(h[0]), float(h[1]), 0.0)) for h in heads]
         self._merger.remember([safety.Person(time, [p[0], p[1], 0.0]) for p in places])
         found = np.array(places).reshape(-1, 3)[:, :2]
-        view = View(under_camera[:2], under_camera[2], *VIEW)
-        self._looks.append(Look(time, found, np.full(len(found), SURE), view))
+        if self._tracker:
+            view = View(under_camera[:2], under_camera[2], *VIEW)
+            self._looks.append(Look(time, found, np.full(len(found), SURE), view))
         return found
 
     def hear(self, ranges: np.ndarray, lidar: LidarModel, pose: Pose, time: float) -> None:

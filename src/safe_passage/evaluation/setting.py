@@ -57,10 +57,16 @@ class Setting:
             raise InputError(f"{self.costmap}: {error}") from None
 
     def load_tracker(self) -> TrackerSetting:
-        """Of its first lidar alone, as bringup.launch lays the robot's file over the node's."""
+        """Of its first lidar alone, as bringup.launch lays the robot's file over the node's.
+
+        Raises:
+            InputError: a file cannot be read, or the tracker has no lidar.
+        """
         values = {**read_yaml(self.tracker), **read_yaml(self.robot).get("obstacle_tracker", {})}
         everything = tracker_of(values, "obstacle_tracker")
         first = tuple(s for s in everything.sources if not s.three_dimensional)[:1]
+        if not first:
+            raise InputError(f"{self.robot}: an evaluation needs a LaserScan in obstacle_tracker")
         labels = values.get("person_labels") or {}
         return (
             replace(everything, sources=first),
