@@ -24,8 +24,8 @@ from safe_passage.simulation.static_map import make_map
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-COLOURS = {"none": "tab:red", "hog": "tab:orange", "yolo": "tab:green"}
-LABELS = {"none": "no safety area", "hog": "HOG", "yolo": "YOLO"}
+COLOURS = {"none": "tab:red", "hog": "tab:orange", "yolo": "tab:green", "tracked": "tab:purple"}
+LABELS = {"none": "no safety area", "hog": "HOG", "yolo": "YOLO", "tracked": "YOLO and tracker"}
 STRIP = 0.4  # [m] side of a segment's picture
 
 

@@ -92,12 +92,12 @@ def test_a_closed_loop_is_written(tmp_path, monkeypatch, capsys):
             0, RunResult(kind, method, State.SUCCEEDED, 9.0, 1.0, 1.1, 0.1, 0, track), True
         )
         for kind in ("standing", "walking")
-        for method in ("none", "yolo")
+        for method in closed_loop_table.METHODS
     ]
     monkeypatch.setattr(closed_loop_table, "run_all", lambda *args: outcomes)
     assert run("closed-loop", "--out", tmp_path) == 0
     values = json.loads((tmp_path / "closed_loop.json").read_text())
-    assert len(values["runs"]) == 4 and len(values["summaries"]) == 4
+    assert len(values["runs"]) == 8 and len(values["summaries"]) == 8
     with np.load(tmp_path / "tracks.npz") as tracks:
         assert tracks["standing_0_yolo"].shape == track.shape
     for name in ("distances.png", "tracks.png"):
